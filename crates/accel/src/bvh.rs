@@ -1,0 +1,417 @@
+//! The hierarchy: eight boxes a node, eight primitives a leaf; binned surface area heuristic.
+
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
+use math::Vec3;
+use rayon::prelude::*;
+
+use crate::Ray;
+
+/// Lanes of a node and of a leaf.
+pub(crate) const WIDTH: usize = 8;
+
+/// Primitives of one kind, behind the hierarchy.
+pub(crate) trait Geometry: Sync + Send {
+    /// Eight primitives as SIMD wants them.
+    type Leaf: Send + Sync;
+
+    fn len(&self) -> usize;
+
+    /// Box around a primitive.
+    fn bounds(&self, primitive: u32) -> (Vec3, Vec3);
+
+    /// Packs up to eight primitives.
+    fn pack(&self, primitives: &[PrimRef]) -> Self::Leaf;
+
+    /// The nearest hit within a leaf nearer than `t_max`: `(t, lane)`.
+    fn test<S: Simd>(&self, simd: S, leaf: &Self::Leaf, ray: &RaySimd<S>, t_max: f32) -> Option<(f32, usize)>;
+
+    /// Called once after packing, when individual primitives are not needed any more.
+    fn packed(&mut self) {}
+}
+
+/// What traversal found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Found {
+    pub(crate) t: f32,
+    pub(crate) leaf: u32,
+    pub(crate) lane: u32,
+}
+
+/// Whether to look for the nearest hit or for any.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Traverse {
+    Closest,
+    Any,
+}
+
+/// A primitive while building.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PrimRef {
+    lo: Vec3,
+    pub(crate) id: u32,
+    hi: Vec3,
+}
+
+impl PrimRef {
+    fn centre2(&self) -> Vec3 {
+        self.lo + self.hi
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Aabb {
+    lo: Vec3,
+    hi: Vec3,
+}
+
+impl Aabb {
+    const EMPTY: Self = Self { lo: Vec3::INFINITY, hi: Vec3::NEG_INFINITY };
+
+    fn grow(&mut self, lo: Vec3, hi: Vec3) {
+        self.lo = self.lo.min(lo);
+        self.hi = self.hi.max(hi);
+    }
+
+    fn join(mut self, other: Self) -> Self {
+        self.grow(other.lo, other.hi);
+        self
+    }
+
+    fn half_area(&self) -> f32 {
+        let d = self.hi - self.lo;
+        if d.x < 0.0 { 0.0 } else { d.x * d.y + d.y * d.z + d.z * d.x }
+    }
+}
+
+/// Eight boxes with what lies in them.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+struct Node {
+    lo: [[f32; WIDTH]; 3],
+    hi: [[f32; WIDTH]; 3],
+    /// Index of a node, or of a leaf with [`LEAF`] set. Unused lanes have empty boxes.
+    child: [u32; WIDTH],
+}
+
+const LEAF: u32 = 1 << 31;
+
+impl Node {
+    const EMPTY: Self = Self {
+        lo: [[f32::INFINITY; WIDTH]; 3],
+        hi: [[f32::NEG_INFINITY; WIDTH]; 3],
+        child: [LEAF | (LEAF - 1); WIDTH],
+    };
+}
+
+/// A hierarchy over one kind of geometry.
+#[derive(Debug)]
+pub(crate) struct Bvh<G: Geometry> {
+    geometry: G,
+    nodes: Vec<Node>,
+    leaves: Vec<G::Leaf>,
+    bounds: Option<(Vec3, Vec3)>,
+    primitives: usize,
+}
+
+/// A ray as the boxes see it, splatted over the lanes.
+pub(crate) struct RaySimd<'a, S: Simd> {
+    pub(crate) ray: &'a Ray,
+    pub(crate) origin: [f32x8<S>; 3],
+    inverse: [f32x8<S>; 3],
+    /// Three axes of a frame whose last is the ray's direction.
+    pub(crate) axes: [[f32x8<S>; 3]; 3],
+}
+
+impl<'a, S: Simd> RaySimd<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, ray: &'a Ray) -> Self {
+        let splat = |v: Vec3| [v.x, v.y, v.z].map(|x| f32x8::splat(simd, x));
+        // Never zero, so that no slab distance is NaN.
+        let inverse = ray.dir.to_array().map(|d| 1.0 / if d.abs() < 1e-18 { 1e-18_f32.copysign(d) } else { d });
+        let frame = math::Frame::around(ray.dir);
+        Self {
+            ray,
+            origin: splat(ray.origin),
+            inverse: inverse.map(|x| f32x8::splat(simd, x)),
+            axes: [splat(frame.v), splat(frame.w), splat(ray.dir)],
+        }
+    }
+}
+
+const STACK: usize = 256;
+/// From this depth on ranges are halved, which bounds the depth and so the stack.
+const SAH_DEPTH: usize = 20;
+
+impl<G: Geometry> Bvh<G> {
+    pub(crate) fn build(mut geometry: G) -> Self {
+        let count = geometry.len();
+        let mut refs: Vec<PrimRef> = (0..count as u32)
+            .into_par_iter()
+            .with_min_len(4096)
+            .map(|id| {
+                let (lo, hi) = geometry.bounds(id);
+                PrimRef { lo, id, hi }
+            })
+            .collect();
+        let bounds = (count > 0).then(|| {
+            let all = enclose(&refs);
+            (all.lo, all.hi)
+        });
+        let mut tree = Subtree { nodes: Vec::new(), leaves: Vec::new() };
+        if count > 0 {
+            tree = build_node(&geometry, &mut refs, 0);
+        }
+        drop(refs);
+        geometry.packed();
+        tree.nodes.shrink_to_fit();
+        tree.leaves.shrink_to_fit();
+        Self { geometry, nodes: tree.nodes, leaves: tree.leaves, bounds, primitives: count }
+    }
+
+    #[inline(always)]
+    pub(crate) fn traverse<S: Simd>(&self, simd: S, ray: &Ray, mode: Traverse) -> Option<Found> {
+        let r = RaySimd::new(simd, ray);
+        let positive = ray.dir.to_array().map(|d| d >= 0.0 && !(d == 0.0 && d.is_sign_negative()));
+        let mut best = None;
+        let mut t_max = ray.t_max;
+        let mut stack = [(0_u32, 0.0_f32); STACK];
+        let mut top = 1;
+        // The root is entered whatever its box: its children's boxes are tested anyway.
+        stack[0] = (0, 0.0);
+        while top > 0 {
+            top -= 1;
+            let (child, near) = stack[top];
+            if near > t_max {
+                continue;
+            }
+            if child & LEAF != 0 {
+                let leaf = child & !LEAF;
+                if let Some((t, lane)) = self.geometry.test(simd, &self.leaves[leaf as usize], &r, t_max) {
+                    best = Some(Found { t, leaf, lane: lane as u32 });
+                    if mode == Traverse::Any {
+                        return best;
+                    }
+                    t_max = t;
+                }
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            let plane = |axis: usize, low: bool| {
+                f32x8::load_array_ref(simd, if low { &node.lo[axis] } else { &node.hi[axis] })
+            };
+            let slab = |axis: usize, low: bool| (plane(axis, low) - r.origin[axis]) * r.inverse[axis];
+            let enter = slab(0, positive[0]).max(slab(1, positive[1])).max(slab(2, positive[2]));
+            let leave = slab(0, !positive[0]).min(slab(1, !positive[1])).min(slab(2, !positive[2]));
+            // Three roundings a side: this much slack keeps boxes watertight (Ize 2013).
+            let leave = leave * 1.000_000_5;
+            let enter = enter.max(ray.t_min);
+            let hit = enter.simd_le(leave) & enter.simd_le(f32x8::splat(simd, t_max));
+            let mut mask = hit.to_bitmask() as u32;
+            if mask == 0 {
+                continue;
+            }
+            let near = enter.to_array();
+            let first = top;
+            while mask != 0 {
+                let lane = mask.trailing_zeros() as usize;
+                mask &= mask - 1;
+                let entry = (node.child[lane], near[lane]);
+                // Insertion keeps the farthest below, so that the nearest is taken next.
+                let mut at = top;
+                while at > first && stack[at - 1].1 < entry.1 {
+                    stack[at] = stack[at - 1];
+                    at -= 1;
+                }
+                stack[at] = entry;
+                top += 1;
+            }
+        }
+        best
+    }
+
+    pub(crate) fn geometry(&self) -> &G {
+        &self.geometry
+    }
+
+    pub(crate) fn leaf(&self, index: u32) -> &G::Leaf {
+        &self.leaves[index as usize]
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    pub(crate) fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        self.bounds
+    }
+
+    pub(crate) fn primitives(&self) -> usize {
+        self.primitives
+    }
+
+    pub(crate) fn nodes(&self) -> usize {
+        self.nodes.len()
+    }
+
+    pub(crate) fn leaves(&self) -> usize {
+        self.leaves.len()
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())
+    }
+}
+
+struct Subtree<L> {
+    /// The first node is the root.
+    nodes: Vec<Node>,
+    leaves: Vec<L>,
+}
+
+fn enclose(refs: &[PrimRef]) -> Aabb {
+    let mut all = Aabb::EMPTY;
+    for r in refs {
+        all.grow(r.lo, r.hi);
+    }
+    all
+}
+
+/// Above this many primitives children are built side by side.
+const PARALLEL: usize = 32_768;
+
+fn build_node<G: Geometry>(geometry: &G, refs: &mut [PrimRef], depth: usize) -> Subtree<G::Leaf> {
+    // Split the most expensive range until there are eight.
+    let mut parts: Vec<(&mut [PrimRef], Aabb)> = Vec::with_capacity(WIDTH);
+    let bounds = enclose(refs);
+    parts.push((refs, bounds));
+    while parts.len() < WIDTH {
+        let Some((index, _)) = parts
+            .iter()
+            .enumerate()
+            .filter(|(_, (refs, _))| refs.len() > WIDTH)
+            .map(|(i, (refs, bounds))| (i, bounds.half_area() * refs.len() as f32))
+            .reduce(|a, b| if b.1 > a.1 { b } else { a })
+        else {
+            break;
+        };
+        let (refs, _) = parts.swap_remove(index);
+        let at = partition(refs, depth);
+        let (left, right) = refs.split_at_mut(at);
+        let (a, b) = (enclose(left), enclose(right));
+        parts.push((left, a));
+        parts.push((right, b));
+    }
+
+    let mut node = Node::EMPTY;
+    for (lane, (_, bounds)) in parts.iter().enumerate() {
+        for axis in 0..3 {
+            node.lo[axis][lane] = bounds.lo[axis];
+            node.hi[axis][lane] = bounds.hi[axis];
+        }
+    }
+    let total: usize = parts.iter().map(|(refs, _)| refs.len()).sum();
+    let build = |(refs, _): (&mut [PrimRef], Aabb)| {
+        if refs.len() <= WIDTH {
+            Subtree { nodes: Vec::new(), leaves: vec![geometry.pack(refs)] }
+        } else {
+            build_node(geometry, refs, depth + 1)
+        }
+    };
+    let children: Vec<Subtree<G::Leaf>> = if total > PARALLEL {
+        parts.into_par_iter().map(build).collect()
+    } else {
+        parts.into_iter().map(build).collect()
+    };
+    let mut tree = Subtree { nodes: vec![node], leaves: Vec::new() };
+    for (lane, child) in children.into_iter().enumerate() {
+        let (node_base, leaf_base) = (tree.nodes.len() as u32, tree.leaves.len() as u32);
+        tree.nodes[0].child[lane] = if child.nodes.is_empty() { LEAF | leaf_base } else { node_base };
+        tree.nodes.extend(child.nodes.into_iter().map(|mut node| {
+            for child in &mut node.child {
+                if *child & LEAF == 0 {
+                    *child += node_base;
+                } else if *child != LEAF | (LEAF - 1) {
+                    *child += leaf_base;
+                }
+            }
+            node
+        }));
+        tree.leaves.extend(child.leaves);
+    }
+    tree
+}
+
+const BINS: usize = 16;
+
+/// Reorders the range and returns where to cut it; both sides are non-empty.
+fn partition(refs: &mut [PrimRef], depth: usize) -> usize {
+    let mut centres = Aabb::EMPTY;
+    for r in refs.iter() {
+        centres.grow(r.centre2(), r.centre2());
+    }
+    let extent = centres.hi - centres.lo;
+    if depth < SAH_DEPTH && extent.max_element() > 0.0 {
+        let scale = Vec3::select(extent.cmpgt(Vec3::ZERO), Vec3::splat(BINS as f32 * 0.999_99) / extent, Vec3::ZERO);
+        let bin = |r: &PrimRef| (r.centre2() - centres.lo) * scale;
+        let mut bins = [[(Aabb::EMPTY, 0_u32); BINS]; 3];
+        for r in refs.iter() {
+            let at = bin(r);
+            for axis in 0..3 {
+                let slot = &mut bins[axis][(at[axis] as usize).min(BINS - 1)];
+                slot.0.grow(r.lo, r.hi);
+                slot.1 += 1;
+            }
+        }
+        // Cost in leaves of eight: a leaf costs the same half empty, so full ones are preferred.
+        let cost = |bounds: &Aabb, count: u32| bounds.half_area() * count.div_ceil(WIDTH as u32) as f32;
+        let mut best: Option<(f32, usize, usize)> = None;
+        for (axis, bins) in bins.iter().enumerate() {
+            if extent[axis] <= 0.0 {
+                continue;
+            }
+            let mut right = [(Aabb::EMPTY, 0_u32); BINS];
+            let mut sum = (Aabb::EMPTY, 0);
+            for i in (1..BINS).rev() {
+                sum = (sum.0.join(bins[i].0), sum.1 + bins[i].1);
+                right[i] = sum;
+            }
+            let mut left = (Aabb::EMPTY, 0);
+            for i in 1..BINS {
+                left = (left.0.join(bins[i - 1].0), left.1 + bins[i - 1].1);
+                if left.1 == 0 || right[i].1 == 0 {
+                    continue;
+                }
+                let total = cost(&left.0, left.1) + cost(&right[i].0, right[i].1);
+                if best.is_none_or(|(least, ..)| total < least) {
+                    best = Some((total, axis, i));
+                }
+            }
+        }
+        if let Some((_, axis, cut)) = best {
+            return partition_in_place(refs, |r| (bin(r)[axis] as usize).min(BINS - 1) < cut);
+        }
+    }
+    // All centres coincide, or the tree is too deep: halve along the longest extent.
+    let axis = if extent.x >= extent.y && extent.x >= extent.z { 0 } else if extent.y >= extent.z { 1 } else { 2 };
+    let middle = refs.len() / 2;
+    refs.select_nth_unstable_by(middle, |a, b| {
+        a.centre2()[axis].total_cmp(&b.centre2()[axis]).then(a.id.cmp(&b.id))
+    });
+    middle
+}
+
+fn partition_in_place(refs: &mut [PrimRef], is_left: impl Fn(&PrimRef) -> bool) -> usize {
+    let (mut i, mut j) = (0, refs.len());
+    loop {
+        while i < j && is_left(&refs[i]) {
+            i += 1;
+        }
+        while i < j && !is_left(&refs[j - 1]) {
+            j -= 1;
+        }
+        if i >= j {
+            return i;
+        }
+        refs.swap(i, j - 1);
+    }
+}

@@ -1,0 +1,1 @@
+//! Run a scene on a renderer and report what happens

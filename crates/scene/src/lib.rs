@@ -1,0 +1,1 @@
+//! What to render: camera, lights, meshes, grooms, looks, and the scene file

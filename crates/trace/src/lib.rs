@@ -1,0 +1,1 @@
+//! The reference renderer: an unbiased path tracer for hair
