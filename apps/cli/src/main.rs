@@ -1,2 +1,100 @@
-//! placeholder
-fn main() {}
+//! `cuticle`: path traces hair from the command line.
+//!
+//! A thin door: what takes time is a job, what is computed lies in the libraries.
+
+mod compare;
+mod fiber_eval;
+mod render;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(name = "cuticle", version, about = "Physically based rendering of hair and fur")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Path trace a scene, a groom, or (with no argument) the built-in head of hair
+    Render(render::Args),
+    /// Describe a groom file and say what looks wrong with it
+    Info {
+        /// Groom files (.hair)
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        /// Metres per unit of the file, to judge widths (0.01 for centimetres)
+        #[arg(long, value_name = "METRES")]
+        unit_m: Option<f32>,
+    },
+    /// Print the JSON schema of scene files, for editors
+    Schema,
+    /// Ask the scattering models
+    Fiber {
+        #[command(subcommand)]
+        command: FiberCommand,
+    },
+    /// Measure how far one picture is from another
+    Compare(compare::Args),
+}
+
+#[derive(Subcommand)]
+enum FiberCommand {
+    /// Evaluate a model for JSON Lines from standard input, in double precision
+    ///
+    /// A line is {"params":{..},"theta_k":..,"theta_s":..,"phi":..,"h":..}, in radians, with phi =
+    /// phi_s - phi_k. The answer is {"fcos":[r,g,b],"pdf":..,"lobes":[[r,g,b],..]}: the scattering function
+    /// times cos theta_s, the density per steradian, and the value of R, TT, TRT and the residual lobe.
+    Eval(fiber_eval::Args),
+}
+
+fn main() -> ExitCode {
+    match run(Cli::parse()) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error}");
+            for cause in error.chain().skip(1) {
+                // Library errors already carry their cause in their text.
+                if !error.to_string().contains(&cause.to_string()) {
+                    eprintln!("  because: {cause}");
+                }
+            }
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(cli: Cli) -> anyhow::Result<ExitCode> {
+    match cli.command {
+        Command::Render(args) => render::run(&args),
+        Command::Info { files, unit_m } => {
+            if let Some(unit) = unit_m.filter(|u| !(*u > 0.0 && u.is_finite())) {
+                anyhow::bail!("--unit-m is {unit}; it must be greater than 0, such as 0.01 for centimetres");
+            }
+            for file in files {
+                emit(&job::info(&file, unit_m)?);
+            }
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Schema => {
+            emit(&job::schema());
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Fiber { command: FiberCommand::Eval(args) } => fiber_eval::run(&args),
+        Command::Compare(args) => compare::run(&args),
+    }
+}
+
+/// Prints to standard output; a reader that has gone away is no error (`cuticle schema | head`).
+fn emit(text: &str) {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(text.as_bytes());
+    if !text.ends_with('\n') {
+        let _ = out.write_all(b"\n");
+    }
+}

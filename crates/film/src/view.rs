@@ -310,7 +310,8 @@ mod tests {
     fn views_use_their_range() {
         // Six stops above mid-grey is not white yet, except where the view clips; ten below is black.
         let six_up = Rgb::splat(MID_GREY);
-        assert_eq!(View::Srgb.to_display(six_up, 6.0)[0], 1.0);
+        // The curve itself ends one unit in the last place below 1.
+        assert!(View::Srgb.to_display(six_up, 6.0)[0] >= 1.0 - f32::EPSILON);
         for view in [View::Filmic, View::Agx] {
             let shown = view.to_display(six_up, 6.0)[0];
             assert!((0.95..0.9999).contains(&shown), "{view}: {shown}");

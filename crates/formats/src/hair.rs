@@ -110,7 +110,7 @@ pub enum HairError {
         left: u64,
     },
     /// The header names arrays that the format does not have.
-    #[error("the header's flags are {found:#x}; only {KNOWN:#x} have a meaning")]
+    #[error("the header's flags are {found:#x}; only the lowest five bits (0x1f) have a meaning")]
     Flags {
         /// All flags.
         found: u32,
@@ -204,7 +204,7 @@ pub fn read(reader: &mut impl Read, len_hint: Option<u64>) -> Result<HairFile, H
     let mut source = Source { reader, offset: 0, len: len_hint };
     let mut magic = [0; 4];
     let got = source.fill(&mut magic)?;
-    if magic != MAGIC[..] && (got == 4 || magic[..got] != MAGIC[..got]) {
+    if magic != MAGIC && (got == 4 || magic[..got] != MAGIC[..got]) {
         return Err(HairError::Magic { found: magic });
     }
     let mut header = [0; HEADER as usize];
@@ -461,10 +461,10 @@ impl Parts {
         let Ok(mut groom) = Groom::new(self.points, counts) else {
             return Err(mismatch);
         };
-        if let Some(radius) = self.radius {
-            if groom.set_radius(radius).is_err() {
-                return Err(mismatch);
-            }
+        if let Some(radius) = self.radius
+            && groom.set_radius(radius).is_err()
+        {
+            return Err(mismatch);
         }
         let mut insert = |name: &str, attribute: Attribute| groom.attributes.insert(name, attribute).is_ok();
         let stored = self.transparency.is_none_or(|v| insert(TRANSPARENCY, Attribute::point_floats(v)))
@@ -584,10 +584,10 @@ mod tests {
             b.extend((0..points.len()).flat_map(|i| (0.5 * i as f32).to_le_bytes()));
         }
         if flags & 8 != 0 {
-            b.extend((0..points.len()).flat_map(|i| (0.01 * i as f32).to_le_bytes()));
+            b.extend((0..points.len()).flat_map(|i| (0.125 * i as f32).to_le_bytes()));
         }
         if flags & 16 != 0 {
-            b.extend((0..3 * points.len()).flat_map(|i| (0.001 * i as f32).to_le_bytes()));
+            b.extend((0..3 * points.len()).flat_map(|i| (0.25 * i as f32).to_le_bytes()));
         }
         b
     }
@@ -605,8 +605,8 @@ mod tests {
         assert_eq!(g.points()[3].to_array(), places(5)[3]);
         // Thickness is a diameter.
         assert_eq!(g.radius, Some(vec![0.0, 0.25, 0.5, 0.75, 1.0]));
-        assert_eq!(g.attributes.float(TRANSPARENCY, 1, 3, 0.0), Some(0.03));
-        assert_eq!(g.attributes.vec3(COLOR, 0, 1, 0.0), Some([0.003, 0.004, 0.005]));
+        assert_eq!(g.attributes.float(TRANSPARENCY, 1, 3, 0.0), Some(0.375));
+        assert_eq!(g.attributes.vec3(COLOR, 0, 1, 0.0), Some([0.75, 1.0, 1.25]));
         assert_eq!((file.info.as_str(), file.warnings.len()), ("by hand", 0));
         let expected = Defaults { thickness: 0.25, transparency: 0.5, color: [0.75, 0.625, 0.125] };
         assert_eq!(file.defaults, expected);
@@ -727,7 +727,7 @@ mod tests {
         assert_eq!(file.groom.offsets(), [0, 2, 5]);
         assert_eq!(file.groom.points()[2].to_array(), places(6)[3]);
         assert_eq!(file.groom.radius.as_ref().unwrap()[2], 0.75);
-        assert_eq!(file.groom.attributes.float(TRANSPARENCY, 1, 2, 0.0), Some(0.03));
+        assert_eq!(file.groom.attributes.float(TRANSPARENCY, 1, 2, 0.0), Some(0.375));
         assert_eq!(file.warnings.len(), 1);
         assert!(matches!(get(&by_hand(3, &[0, 0], &places(2))), Err(HairError::NoStrands)));
 

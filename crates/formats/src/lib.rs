@@ -51,7 +51,7 @@ pub const MESH_EXTENSIONS: [&str; 2] = ["obj", "ply"];
 #[non_exhaustive]
 pub enum ReadError {
     /// The name's ending says nothing that this crate understands.
-    #[error("{}: {what} files end in {known}, this one in {found:?}", path.display())]
+    #[error("{}: {what} files end in {known}, this one in {found:?}", .path.display())]
     Extension {
         /// The file.
         path: PathBuf,
@@ -63,36 +63,36 @@ pub enum ReadError {
         known: String,
     },
     /// The file could not be opened.
-    #[error("cannot open {}: {source}", path.display())]
+    #[error("cannot open {}: {cause}", .path.display())]
     Open {
         /// The file.
         path: PathBuf,
         /// What the system says.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
     /// The content is not a readable `.hair` file.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", .path.display())]
     Hair {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        source: HairError,
+        cause: HairError,
     },
     /// The content is not a readable OBJ file.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", .path.display())]
     Obj {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        source: ObjError,
+        cause: ObjError,
     },
     /// The content is not a readable PLY file.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", .path.display())]
     Ply {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        source: PlyError,
+        cause: PlyError,
     },
 }
 
@@ -101,7 +101,7 @@ pub enum ReadError {
 #[non_exhaustive]
 pub enum WriteError {
     /// The name's ending says nothing that this crate writes.
-    #[error("{}: grooms are written to files that end in .hair, not in {found:?}", path.display())]
+    #[error("{}: grooms are written to files that end in .hair, not in {found:?}", .path.display())]
     Extension {
         /// The file.
         path: PathBuf,
@@ -109,20 +109,20 @@ pub enum WriteError {
         found: String,
     },
     /// The groom does not fit the format.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", .path.display())]
     Hair {
         /// The file.
         path: PathBuf,
         /// What does not fit.
-        source: HairError,
+        cause: HairError,
     },
     /// The file could not be made or moved into its place.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {cause}", .path.display())]
     Io {
         /// The file.
         path: PathBuf,
         /// What the system says.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
 }
 
@@ -135,7 +135,7 @@ pub fn read_groom(path: impl AsRef<Path>) -> Result<HairFile, ReadError> {
     match extension(path).as_str() {
         "hair" => {
             let (mut reader, len) = open(path)?;
-            hair::read(&mut reader, len).map_err(|source| ReadError::Hair { path: path.to_owned(), source })
+            hair::read(&mut reader, len).map_err(|cause| ReadError::Hair { path: path.to_owned(), cause })
         }
         found => Err(unknown(path, "groom", found, &GROOM_EXTENSIONS)),
     }
@@ -150,11 +150,11 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<Mesh, ReadError> {
     match extension(path).as_str() {
         "obj" => {
             let (mut reader, _) = open(path)?;
-            obj::read(&mut reader).map_err(|source| ReadError::Obj { path: path.to_owned(), source })
+            obj::read(&mut reader).map_err(|cause| ReadError::Obj { path: path.to_owned(), cause })
         }
         "ply" => {
             let (mut reader, _) = open(path)?;
-            ply::read(&mut reader).map_err(|source| ReadError::Ply { path: path.to_owned(), source })
+            ply::read(&mut reader).map_err(|cause| ReadError::Ply { path: path.to_owned(), cause })
         }
         found => Err(unknown(path, "mesh", found, &MESH_EXTENSIONS)),
     }
@@ -171,16 +171,16 @@ pub fn write_groom(path: impl AsRef<Path>, groom: &Groom, options: &WriteOptions
     if found != "hair" {
         return Err(WriteError::Extension { path: path.to_owned(), found });
     }
-    let io = |source| WriteError::Io { path: path.to_owned(), source };
+    let io = |cause| WriteError::Io { path: path.to_owned(), cause };
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.part", std::process::id()));
     let part = path.with_file_name(name);
     let written = write_to(&part, groom, options, path);
     if written.is_ok() {
-        if let Err(source) = std::fs::rename(&part, path) {
+        if let Err(cause) = std::fs::rename(&part, path) {
             // The error that matters is the first; a leftover is only untidy.
             let _ = std::fs::remove_file(&part);
-            return Err(io(source));
+            return Err(io(cause));
         }
     } else {
         let _ = std::fs::remove_file(&part);
@@ -190,13 +190,13 @@ pub fn write_groom(path: impl AsRef<Path>, groom: &Groom, options: &WriteOptions
 
 /// Writes to `part`; errors name `path`, which is what the caller asked for.
 fn write_to(part: &Path, groom: &Groom, options: &WriteOptions, path: &Path) -> Result<(), WriteError> {
-    let io = |source| WriteError::Io { path: path.to_owned(), source };
+    let io = |cause| WriteError::Io { path: path.to_owned(), cause };
     // Somebody else's file of that name is not ours to overwrite.
     let file = File::options().write(true).create_new(true).open(part).map_err(io)?;
     let mut writer = BufWriter::new(file);
     hair::write(&mut writer, groom, options).map_err(|e| match e {
-        HairError::Io(source) => io(source),
-        source => WriteError::Hair { path: path.to_owned(), source },
+        HairError::Io(cause) => io(cause),
+        cause => WriteError::Hair { path: path.to_owned(), cause },
     })?;
     writer.flush().map_err(io)?;
     writer.get_ref().sync_all().map_err(io)
@@ -213,7 +213,7 @@ fn unknown(path: &Path, what: &'static str, found: &str, known: &[&str]) -> Read
 
 /// A reader and, for an ordinary file, its length.
 fn open(path: &Path) -> Result<(impl Read, Option<u64>), ReadError> {
-    let file = File::open(path).map_err(|source| ReadError::Open { path: path.to_owned(), source })?;
+    let file = File::open(path).map_err(|cause| ReadError::Open { path: path.to_owned(), cause })?;
     let len = file.metadata().ok().filter(|m| m.is_file()).map(|m| m.len());
     Ok((BufReader::new(file), len))
 }

@@ -5,7 +5,7 @@ use std::fmt;
 
 use math::Vec3;
 
-use crate::Mesh;
+use crate::{Mesh, MeshError};
 
 /// Distance to a surface, negative inside, sampled on the nodes of a regular grid.
 ///
@@ -39,6 +39,8 @@ pub enum GridError {
     },
     /// The mesh has no triangle with an area.
     Empty,
+    /// The mesh is broken.
+    Mesh(MeshError),
 }
 
 impl fmt::Display for GridError {
@@ -52,6 +54,7 @@ impl fmt::Display for GridError {
             ),
             Self::Bounds { low, high } => write!(f, "the box from {low} to {high} is empty or not finite"),
             Self::Empty => write!(f, "the mesh has no triangle with an area"),
+            Self::Mesh(e) => write!(f, "the mesh cannot be measured: {e}"),
         }
     }
 }
@@ -107,8 +110,9 @@ impl DistanceGrid {
     /// corner, so the mesh should be closed and face outwards; an open one is taken to end at its rim.
     ///
     /// # Errors
-    /// When the resolution is outside [`RESOLUTION`](Self::RESOLUTION) or the mesh has no area.
+    /// When the resolution is outside [`RESOLUTION`](Self::RESOLUTION), the mesh is broken, or it has no area.
     pub fn from_mesh(mesh: &Mesh, resolution: usize) -> Result<Self, GridError> {
+        mesh.validate().map_err(GridError::Mesh)?;
         let solid = Solid::new(mesh);
         let (Some((low, high)), false) = (mesh.bounds(), solid.faces.is_empty()) else {
             return Err(GridError::Empty);

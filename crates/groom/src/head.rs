@@ -10,9 +10,9 @@ use std::collections::HashMap;
 
 use math::Vec3;
 
-use crate::{DistanceGrid, Mesh, Scalp};
+use crate::{DistanceGrid, GridError, Mesh, Scalp};
 
-/// A bust to groom and to render.
+/// Something to groom and to render: the built-in bust, or any other body.
 #[derive(Clone, Debug)]
 pub struct Head {
     /// The surface, closed, with smooth normals.
@@ -21,6 +21,19 @@ pub struct Head {
     pub collider: DistanceGrid,
     /// Where hair grows.
     pub scalp: Scalp,
+    /// One unit in metres, where it is known.
+    pub metres_per_unit: Option<f32>,
+}
+
+impl Head {
+    /// A body with hair all over, measured on a grid of `resolution` cells along its longest side.
+    ///
+    /// # Errors
+    /// As [`DistanceGrid::from_mesh`].
+    pub fn from_mesh(mesh: Mesh, resolution: usize) -> Result<Self, GridError> {
+        let collider = DistanceGrid::from_mesh(&mesh, resolution)?;
+        Ok(Self { mesh, collider, scalp: Scalp::Everywhere, metres_per_unit: None })
+    }
 }
 
 /// Edge length of a grid cell: fine enough for lips and ears, coarse enough to build in a fraction of a second.
@@ -35,7 +48,7 @@ pub fn mannequin() -> Head {
         Err(_) => unreachable!("the box and the resolution are constants that a test checks"),
     };
     let mesh = surface_nets(&collider, bust);
-    Head { mesh, collider, scalp: Scalp::Head }
+    Head { mesh, collider, scalp: Scalp::Head, metres_per_unit: Some(0.01) }
 }
 
 /// Signed distance to the bust, exact enough near the surface: within a few per cent of the distance.
@@ -174,7 +187,7 @@ fn surface_nets(grid: &DistanceGrid, f: impl Fn(Vec3) -> f32) -> Mesh {
 
 /// Mean of the places where the surface crosses the twelve edges of a cell; `None` where it crosses none.
 fn mean_crossing(grid: &DistanceGrid, cell: [usize; 3]) -> Option<Vec3> {
-    let corner = |k: usize| [cell[0] + (k & 1), cell[1] + (k >> 1 & 1), cell[2] + (k >> 2)];
+    let corner = |k: usize| [cell[0] + (k & 1), cell[1] + ((k >> 1) & 1), cell[2] + (k >> 2)];
     let values: [f32; 8] = std::array::from_fn(|k| grid.value(corner(k)));
     let negative = values.iter().filter(|&&v| v < 0.0).count();
     if negative == 0 || negative == 8 {

@@ -214,6 +214,20 @@ pub struct CleanCounts {
     pub points_merged: usize,
 }
 
+impl CleanCounts {
+    /// What was done, as sentences for the user; none if nothing was.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut out = Vec::new();
+        if self.strands_dropped > 0 {
+            out.push(format!("{} strands without length were left out", self.strands_dropped));
+        }
+        if self.points_merged > 0 {
+            out.push(format!("{} points at the place of their predecessor were merged", self.points_merged));
+        }
+        out
+    }
+}
+
 /// Merges consecutive points of a strand that coincide, while at least two remain, and, if `drop_degenerate`,
 /// drops strands that have no length or less than a millionth of the bounding box's diagonal.
 ///

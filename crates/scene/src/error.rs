@@ -158,7 +158,8 @@ pub(crate) fn closest<'c>(
             if !part || candidate.len() < 3 {
                 continue;
             }
-            distance += 1000;
+            // After all typing errors; the first of several parts wins.
+            distance = usize::MAX;
         }
         if best.is_none_or(|(least, _)| distance < least) {
             best = Some((distance, candidate));

@@ -613,7 +613,121 @@ impl Default for WidthSection {
     }
 }
 
-//PROCEDURAL
+/// Hair that is grown: a preset, and what is changed about it. Lengths are centimetres on the built-in head,
+/// and the groom's unit on an ellipsoid.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ProceduralSection {
+    /// What the hair is like. Default: `wavy_long`.
+    pub preset: GroomPresetKind,
+    /// Grow on an ellipsoid instead of the built-in head.
+    pub ellipsoid: Option<EllipsoidSection>,
+    /// Where on the surface hair grows. Default: `scalp` on the head, `everywhere` for the preset `fur` and
+    /// on an ellipsoid.
+    pub region: Option<RegionKind>,
+    /// Other seeds give other hair of the same kind.
+    pub seed: Option<u32>,
+    /// Number of strands, 1 to 1000000; a human head has about 100000.
+    pub strands: Option<u32>,
+    /// Points per strand, 2 to 256; waves need about ten each.
+    pub points: Option<u32>,
+    /// Height of the hairline over the forehead. Scalp only.
+    pub hairline_front: Option<f64>,
+    /// Height of the hairline at the nape. Scalp only.
+    pub hairline_nape: Option<f64>,
+    /// Half the height over which hair thins out at the hairline. Scalp only.
+    pub hairline_softness: Option<f64>,
+    /// Where the parting runs: x, positive on the head's own left. Scalp only.
+    pub parting: Option<f64>,
+    /// How strongly hair is combed away from the parting; 0 for none. Scalp only.
+    pub parting_strength: Option<f64>,
+    /// Length of a strand before waves and curls.
+    pub length: Option<f64>,
+    /// Share by which lengths vary, below 1.
+    pub length_variation: Option<f64>,
+    /// Share by which lengths shrink towards the face and the nape, and at random.
+    pub layering: Option<f64>,
+    /// Bend towards the ground.
+    pub gravity: Option<f64>,
+    /// How much strands stand off the skin at the root: 0 flat, 1 at about half a right angle.
+    pub lift: Option<f64>,
+    /// Thickness of the layer that the hair makes over the skin.
+    pub volume: Option<f64>,
+    /// Direction in which hair is combed, any length but 0.
+    pub comb: Option<[f64; 3]>,
+    /// Length of a strand over which the comb's influence fades to a third.
+    pub comb_length: Option<f64>,
+    /// How much strands stray from their course.
+    pub wander: Option<f64>,
+    /// Share of the hair at the sides that falls in front of the shoulders. Built-in head only.
+    pub over_shoulders: Option<f64>,
+    /// Number of guide strands, 1 to 3000.
+    pub guides: Option<u32>,
+    /// Number of clumps, 1 to 50000.
+    pub clumps: Option<u32>,
+    /// How far strands draw together at the tip, 0 to 1.
+    pub clump_strength: Option<f64>,
+    /// Where along the strand they do: 1 evenly from root to tip, less near the root already.
+    pub clump_profile: Option<f64>,
+    /// Amplitude of the wave.
+    pub wave_amplitude: Option<f64>,
+    /// Length of a wave.
+    pub wave_length: Option<f64>,
+    /// Share of the strand's length that stays straight before the wave sets in, 0 to 1.
+    pub wave_start: Option<f64>,
+    /// Radius of the curl.
+    pub curl_radius: Option<f64>,
+    /// Turns of the curl over the whole length.
+    pub curl_turns: Option<f64>,
+    /// Amplitude of the frizz at the tip.
+    pub frizz: Option<f64>,
+    /// Length of one ripple of the frizz.
+    pub frizz_length: Option<f64>,
+    /// Share of strands that leave their clump, 0 to 1.
+    pub flyaways: Option<f64>,
+    /// How much strands differ from each other: 0 not at all, 1 as hair does.
+    pub randomness: Option<f64>,
+}
+
+/// What grown hair is like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GroomPresetKind {
+    /// Long, loosely wavy, parted a little left of the centre.
+    #[default]
+    WavyLong,
+    /// Long, sleek, straight.
+    Straight,
+    /// Short, combed aside.
+    Short,
+    /// Voluminous curls to the shoulders.
+    Curly,
+    /// Short, dense fur, combed backwards.
+    Fur,
+}
+
+/// An ellipsoid to grow hair on; it is not rendered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EllipsoidSection {
+    /// The centre. Default: the origin.
+    #[serde(default)]
+    pub center: [f64; 3],
+    /// The half axes along x, y and z.
+    pub radii: [f64; 3],
+    /// Hair grows only higher than this.
+    pub above: Option<f64>,
+}
+
+/// Where on a surface hair grows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RegionKind {
+    /// Behind the hairline of the built-in head.
+    Scalp,
+    /// All over.
+    Everywhere,
+}
 
 /// What fibers are made of: a model and its parameters. Which parameters there are depends on the model.
 ///

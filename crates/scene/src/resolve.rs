@@ -15,7 +15,7 @@ use crate::file::{
 use crate::look;
 use crate::procedural;
 use crate::scene::{
-    Camera, FilmSettings, Light, RenderSettings, Scene, SceneGroom, SceneMesh, View3, auto_camera,
+    Camera, FilmSettings, Light, RenderSettings, Scene, SceneGroom, SceneMesh, Viewpoint, auto_camera,
     union,
 };
 use crate::source::Source;
@@ -70,11 +70,6 @@ impl Resolver<'_, '_> {
             .enumerate()
             .map(|(index, section)| self.look_of(index, section, &names))
             .collect::<Result<_, _>>()?;
-        for (index, name) in names.iter().enumerate() {
-            if !chosen.contains(&index) {
-                self.warnings.push(format!("no groom has the look `{name}`"));
-            }
-        }
         if file.groom.is_empty() && file.mesh.is_empty() {
             let message = "there is nothing to see: the scene needs a [[groom]] or a [[mesh]]";
             return Err(SceneError::new(SceneErrorKind::Missing, message));
@@ -196,7 +191,7 @@ impl Resolver<'_, '_> {
         Ok(camera)
     }
 
-    fn orbit(&self, orbit: &OrbitSection) -> Result<View3, SceneError> {
+    fn orbit(&self, orbit: &OrbitSection) -> Result<Viewpoint, SceneError> {
         let target = match orbit.target {
             Some(target) => Some(self.point("camera.orbit.target", target)?),
             None => None,
@@ -210,7 +205,7 @@ impl Resolver<'_, '_> {
         let azimuth = self.number("camera.orbit.azimuth_deg", orbit.azimuth_deg, -1e6, 1e6)?;
         let elevation =
             self.number("camera.orbit.elevation_deg", orbit.elevation_deg, -89.0, 89.0)?;
-        Ok(View3 {
+        Ok(Viewpoint {
             azimuth: azimuth.to_radians(),
             elevation: elevation.to_radians(),
             target,
@@ -583,12 +578,9 @@ impl Resolver<'_, '_> {
         }
         let own_unit = match groom.metres_per_unit {
             Some(metres) if metres.is_finite() && metres > 0.0 => f64::from(metres),
-            // The groomer works on the built-in head, in centimetres.
-            _ if section.procedural.is_some() => 0.01,
             _ => self.unit_m,
         };
         let place = self.place(&path, &section.transform, section.unit_m.unwrap_or(own_unit))?;
-        // Turning y up cannot enlarge the box around all corners beyond twice its reach.
         self.check_extent(&path, place * groom.up.to_y_up(), groom.bounds())?;
         groom.make_y_up();
         groom.transform(place);

@@ -108,7 +108,7 @@ impl Camera {
 
 /// From where an automatic camera looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View3 {
+pub struct Viewpoint {
     /// Radians around the vertical: 0 looks from +z, π/2 from +x.
     pub azimuth: f32,
     /// Radians above the horizon, less than π/2 either way.
@@ -123,7 +123,7 @@ pub struct View3 {
 ///
 /// `fov_y` is the vertical field of view in radians and `aspect` the width of the frame over its height. With
 /// no distance given, the box fills 80 % of the frame in the direction in which it is tighter.
-pub fn auto_camera(bounds: (Vec3, Vec3), view: View3, fov_y: f32, aspect: f32) -> Camera {
+pub fn auto_camera(bounds: (Vec3, Vec3), view: Viewpoint, fov_y: f32, aspect: f32) -> Camera {
     let target = view.target.unwrap_or((bounds.0 + bounds.1) * 0.5);
     let elevation = view.elevation.clamp(-0.995 * FRAC_PI_2, 0.995 * FRAC_PI_2);
     let (sin_azimuth, cos_azimuth) = view.azimuth.sin_cos();
@@ -419,7 +419,7 @@ mod tests {
         for bounds in boxes {
             for aspect in [0.5, 0.8, 1.0, 2.4] {
                 for (azimuth, elevation) in [(0.0, 0.0), (0.7, 0.2), (-2.5, -1.2), (3.0, 1.5)] {
-                    let view = View3 { azimuth, elevation, target: None, distance: None };
+                    let view = Viewpoint { azimuth, elevation, target: None, distance: None };
                     let camera = auto_camera(bounds, view, 0.5, aspect);
                     let reach = reach(&camera, bounds, aspect);
                     // f32 cancellation in positions around 100 units.
@@ -432,10 +432,10 @@ mod tests {
     #[test]
     fn azimuth_zero_looks_from_the_front_and_ninety_degrees_from_the_right() {
         let bounds = (Vec3::splat(-1.0), Vec3::splat(1.0));
-        let view = View3 { azimuth: 0.0, elevation: 0.0, target: None, distance: Some(5.0) };
+        let view = Viewpoint { azimuth: 0.0, elevation: 0.0, target: None, distance: Some(5.0) };
         let front = auto_camera(bounds, view, 0.5, 1.0);
         assert!((front.position - Vec3::new(0.0, 0.0, 5.0)).length() < 1e-5);
-        let side = auto_camera(bounds, View3 { azimuth: FRAC_PI_2, ..view }, 0.5, 1.0);
+        let side = auto_camera(bounds, Viewpoint { azimuth: FRAC_PI_2, ..view }, 0.5, 1.0);
         assert!((side.position - Vec3::new(5.0, 0.0, 0.0)).length() < 1e-5);
         // From the front, the right of the picture is +x.
         assert!((front.axes()[0] - Vec3::X).length() < 1e-6);
@@ -444,7 +444,7 @@ mod tests {
     #[test]
     fn a_box_without_size_still_gets_a_camera() {
         let point = Vec3::new(1.0, 2.0, 3.0);
-        let view = View3 { azimuth: 0.3, elevation: 0.1, target: None, distance: None };
+        let view = Viewpoint { azimuth: 0.3, elevation: 0.1, target: None, distance: None };
         let camera = auto_camera((point, point), view, 0.5, 1.0);
         assert!(camera.position.is_finite() && camera.position != point);
     }

@@ -1,0 +1,307 @@
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use job::{Cancel, Event, GroomView, Metadata, Options, Outcome, Outputs, SimdLevel, Source, UpAxis, View};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Scene file (.toml); without one, the built-in scene
+    scene: Option<PathBuf>,
+    /// Render this groom alone, framed and lit automatically
+    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
+    groom: Option<PathBuf>,
+    /// Up axis of --groom; guessed from the strands if left out
+    #[arg(long, value_parser = ["x", "y", "z"], requires = "groom")]
+    up: Option<String>,
+    /// Where --groom is seen from: degrees around the vertical
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, requires = "groom")]
+    azimuth: Option<f32>,
+    /// Where --groom is seen from: degrees above the horizon
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, requires = "groom")]
+    elevation: Option<f32>,
+    /// A mesh under --groom (.obj, .ply), in the groom's units and axes
+    #[arg(long, value_name = "FILE", requires = "groom")]
+    head: Option<PathBuf>,
+    /// Light --groom by this lat-long picture (.hdr, .exr)
+    #[arg(long, value_name = "FILE", requires = "groom")]
+    env: Option<PathBuf>,
+    /// Samples per pixel
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    samples: Option<u32>,
+    /// Stop after this much rendering, such as 60s, 5m or 1h
+    #[arg(long, value_parser = parse_duration)]
+    time: Option<Duration>,
+    /// Picture size, such as 1280x720
+    #[arg(long, value_parser = parse_size)]
+    size: Option<(u32, u32)>,
+    /// Changes the noise and nothing else
+    #[arg(long)]
+    seed: Option<u32>,
+    /// Threads; one per processor if left out
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Instruction set: auto, sse2, sse4_2, avx2, avx512; the picture is the same
+    #[arg(long, default_value = "auto")]
+    simd: SimdLevel,
+    /// Override a value of the scene, such as look.main.eumelanin=0.3; may be repeated
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    set: Vec<String>,
+    /// How the PNG is developed: srgb, filmic or agx; the scene's choice if left out
+    #[arg(long)]
+    view: Option<View>,
+    /// Where to write: NAME.exr gives all layers and NAME.png, NAME.png the picture alone
+    #[arg(short, long, default_value = "cuticle.exr")]
+    output: PathBuf,
+    /// Say nothing but errors and warnings
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Stopped from outside, as shells count it: 128 + SIGINT.
+const INTERRUPTED: u8 = 130;
+
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let outputs = Outputs::from_name(&args.output)?;
+    outputs.check()?;
+
+    let source = source(args);
+    let scene = job::load(&source, &overrides(args))?;
+    for warning in &scene.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let say = |text: String| {
+        if !args.quiet {
+            eprintln!("{text}");
+        }
+    };
+    let strands: usize = scene.grooms.iter().map(|g| g.groom.strand_count()).sum();
+    say(format!(
+        "{}: {} strands, {} x {} pixels, up to {} samples each",
+        match (&source, scene.name.as_str()) {
+            (Source::Builtin, _) => "built-in scene".to_owned(),
+            (_, "") => "scene".to_owned(),
+            (_, name) => name.to_owned(),
+        },
+        grouped(strands as u64),
+        scene.film.width,
+        scene.film.height,
+        scene.render.samples
+    ));
+
+    let cancel = Cancel::default();
+    {
+        let cancel = cancel.clone();
+        ctrlc::set_handler(move || {
+            if cancel.is_cancelled() {
+                std::process::exit(i32::from(INTERRUPTED));
+            }
+            cancel.cancel();
+            eprintln!("\nstopping; what is there will be written (once more to stop at once)");
+        })
+        .context("cannot listen for Ctrl-C")?;
+    }
+
+    let view = args.view.unwrap_or(match scene.film.view {
+        job::SceneView::Srgb => View::Srgb,
+        job::SceneView::Filmic => View::Filmic,
+        job::SceneView::Agx => View::Agx,
+    });
+    let exposure = scene.film.exposure_ev;
+    let mut metadata = Metadata::default()
+        .with("software", concat!("Cuticle ", env!("CARGO_PKG_VERSION")))
+        .with("scene", &scene.name)
+        .with("seed", &scene.render.seed.to_string())
+        .with("integrator", &format!("{:?}", scene.render.integrator))
+        .with("command", &std::env::args().collect::<Vec<_>>().join(" "));
+
+    let bar = Bar::new(args.quiet);
+    let options = Options { time: args.time, threads: args.threads.map_or(0, usize::from), simd: args.simd };
+    let outcome = job::render(scene.into(), &options, &cancel, &mut |event| bar.show(event))?;
+    bar.finish();
+
+    metadata = metadata
+        .with("samples", &outcome.samples.to_string())
+        .with("simd", &outcome.simd)
+        .with("render_seconds", &format!("{:.3}", outcome.elapsed.as_secs_f64()));
+    outputs.save(&outcome.film, view, exposure, &metadata)?;
+    say(summary(&outcome));
+    let written: Vec<String> = outputs.paths().map(|p| p.display().to_string()).collect();
+    say(format!("wrote {}", written.join(" and ")));
+    Ok(if outcome.cancelled { ExitCode::from(INTERRUPTED) } else { ExitCode::SUCCESS })
+}
+
+fn source(args: &Args) -> Source {
+    match (&args.scene, &args.groom) {
+        (Some(path), _) => Source::File(path.clone()),
+        (None, Some(path)) => {
+            let default = GroomView::default();
+            let view = GroomView {
+                up: args.up.as_deref().map(|up| match up {
+                    "x" => UpAxis::X,
+                    "z" => UpAxis::Z,
+                    _ => UpAxis::Y,
+                }),
+                azimuth_deg: args.azimuth.unwrap_or(default.azimuth_deg),
+                elevation_deg: args.elevation.unwrap_or(default.elevation_deg),
+                head: args.head.clone(),
+                environment: args.env.clone(),
+            };
+            Source::Groom(path.clone(), view)
+        }
+        (None, None) => Source::Builtin,
+    }
+}
+
+/// Flags are overrides like any other; what `--set` says comes last and wins.
+fn overrides(args: &Args) -> Vec<String> {
+    let mut all = Vec::new();
+    match args.samples {
+        Some(samples) => all.push(format!("render.samples={samples}")),
+        // A time limit alone means: as many as fit.
+        None if args.time.is_some() => all.push("render.samples=1048576".to_owned()),
+        None => {}
+    }
+    if let Some(seed) = args.seed {
+        all.push(format!("render.seed={seed}"));
+    }
+    if let Some((width, height)) = args.size {
+        all.push(format!("film.width={width}"));
+        all.push(format!("film.height={height}"));
+    }
+    all.extend(args.set.iter().cloned());
+    all
+}
+
+fn summary(outcome: &Outcome) -> String {
+    let elapsed = outcome.elapsed.as_secs_f64();
+    let film = &outcome.film;
+    let samples = *film.sample_counts().end();
+    let done = f64::from(outcome.samples) * f64::from(film.width()) * f64::from(film.height());
+    let mut text = format!(
+        "{samples} samples a pixel in {elapsed:.1} s after {:.2} s of set-up: {:.0} thousand samples/s, {:.2} million \
+         rays/s on {} threads ({})",
+        outcome.startup.as_secs_f64(),
+        done / elapsed.max(1e-9) / 1e3,
+        outcome.rays as f64 / elapsed.max(1e-9) / 1e6,
+        outcome.threads,
+        outcome.simd,
+    );
+    let noise = film.noise();
+    if noise.is_finite() {
+        text += &format!("; noise {:.2} %", 100.0 * noise);
+    }
+    if outcome.cancelled {
+        text += "; stopped early";
+    }
+    if film.rejected() > 0 {
+        text += &format!("; {} samples were not numbers and were left out", film.rejected());
+    }
+    text
+}
+
+/// A progress bar on a terminal, a line now and then elsewhere.
+struct Bar {
+    bar: Option<ProgressBar>,
+}
+
+impl Bar {
+    fn new(quiet: bool) -> Self {
+        if quiet || !std::io::stderr().is_terminal() {
+            return Self { bar: None };
+        }
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+        // The template is a constant: it parses or the tests fail.
+        if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}") {
+            bar.set_style(style);
+        }
+        Self { bar: Some(bar) }
+    }
+
+    fn show(&self, event: &Event) {
+        let Some(bar) = &self.bar else { return };
+        bar.set_length(event.total);
+        bar.set_position(event.done);
+        let mut text = format!("{} spp, {:.0}k samples/s", event.passes, event.rate / 1e3);
+        if let Some(noise) = event.noise {
+            text += &format!(", noise {:.1} %", 100.0 * noise);
+        }
+        if let Some(left) = event.remaining {
+            text += &format!(", {} left", clock(left));
+        }
+        bar.set_message(text);
+    }
+
+    fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn clock(time: Duration) -> String {
+    let s = time.as_secs();
+    if s >= 3600 { format!("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60) } else { format!("{}:{:02}", s / 60, s % 60) }
+}
+
+/// `1234567` as `1,234,567`.
+fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(c);
+    }
+    out
+}
+
+fn parse_duration(text: &str) -> anyhow::Result<Duration> {
+    let (number, factor) = match text.char_indices().last() {
+        Some((at, 's')) => (&text[..at], 1.0),
+        Some((at, 'm')) => (&text[..at], 60.0),
+        Some((at, 'h')) => (&text[..at], 3600.0),
+        _ => (text, 1.0),
+    };
+    let seconds: f64 = number.parse().with_context(|| format!("{text:?} is no duration; write 90s, 5m or 1h"))?;
+    if !(seconds > 0.0 && seconds * factor < 1e7) {
+        bail!("{text:?} is out of range; a duration lies between 0 and about 100 days");
+    }
+    Ok(Duration::from_secs_f64(seconds * factor))
+}
+
+fn parse_size(text: &str) -> anyhow::Result<(u32, u32)> {
+    let hint = || format!("{text:?} is no size; write it as 1280x720");
+    let (width, height) = text.split_once(['x', 'X']).with_context(hint)?;
+    Ok((width.parse().with_context(hint)?, height.parse().with_context(hint)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_and_sizes_are_read_as_people_write_them() {
+        assert_eq!(parse_duration("90s").unwrap(), Duration::from_secs(90));
+        assert_eq!(parse_duration("1.5m").unwrap(), Duration::from_secs(90));
+        assert_eq!(parse_duration("2").unwrap(), Duration::from_secs(2));
+        for wrong in ["", "s", "-3s", "nan", "1e99h", "ten", "5µ"] {
+            assert!(parse_duration(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(parse_size("1280x720").unwrap(), (1280, 720));
+        for wrong in ["1280", "x", "-1x5", "1280x720x3"] {
+            assert!(parse_size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_grouped_and_times_told_like_a_clock() {
+        assert_eq!(grouped(50_000), "50,000");
+        assert_eq!(grouped(999), "999");
+        assert_eq!(clock(Duration::from_secs(3725)), "1:02:05");
+    }
+}
