@@ -1,7 +1,7 @@
 //! The hierarchy: eight boxes a node, eight primitives a leaf; binned surface area heuristic.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
-use math::Vec3;
+use math::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::Ray;
@@ -44,34 +44,48 @@ pub(crate) enum Traverse {
     Any,
 }
 
-/// A primitive while building.
+/// A primitive while building: the corners of its box, the last component unused but for the id.
+///
+/// Four components, so that the compiler keeps a corner in one register.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PrimRef {
-    lo: Vec3,
-    pub(crate) id: u32,
-    hi: Vec3,
+    /// The fourth component is the id's bits.
+    lo: Vec4,
+    hi: Vec4,
 }
 
 impl PrimRef {
-    fn centre2(&self) -> Vec3 {
+    fn new(id: u32, lo: Vec3, hi: Vec3) -> Self {
+        Self { lo: lo.extend(f32::from_bits(id)), hi: hi.extend(0.0) }
+    }
+
+    pub(crate) fn id(&self) -> u32 {
+        self.lo.w.to_bits()
+    }
+
+    /// Twice the centre; the fourth component means nothing.
+    fn centre2(&self) -> Vec4 {
         self.lo + self.hi
     }
 }
 
+/// A box; the fourth components mean nothing.
 #[derive(Clone, Copy, Debug)]
 struct Aabb {
-    lo: Vec3,
-    hi: Vec3,
+    lo: Vec4,
+    hi: Vec4,
 }
 
 impl Aabb {
-    const EMPTY: Self = Self { lo: Vec3::INFINITY, hi: Vec3::NEG_INFINITY };
+    const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
 
-    fn grow(&mut self, lo: Vec3, hi: Vec3) {
+    #[inline]
+    fn grow(&mut self, lo: Vec4, hi: Vec4) {
         self.lo = self.lo.min(lo);
         self.hi = self.hi.max(hi);
     }
 
+    #[inline]
     fn join(mut self, other: Self) -> Self {
         self.grow(other.lo, other.hi);
         self
@@ -94,12 +108,14 @@ struct Node {
 }
 
 const LEAF: u32 = 1 << 31;
+/// What an unused lane holds.
+const NOTHING: u32 = u32::MAX;
 
 impl Node {
     const EMPTY: Self = Self {
         lo: [[f32::INFINITY; WIDTH]; 3],
         hi: [[f32::NEG_INFINITY; WIDTH]; 3],
-        child: [LEAF | (LEAF - 1); WIDTH],
+        child: [NOTHING; WIDTH],
     };
 }
 
@@ -150,21 +166,17 @@ impl<G: Geometry> Bvh<G> {
             .with_min_len(4096)
             .map(|id| {
                 let (lo, hi) = geometry.bounds(id);
-                PrimRef { lo, id, hi }
+                PrimRef::new(id, lo, hi)
             })
             .collect();
-        let bounds = (count > 0).then(|| {
-            let all = enclose(&refs);
-            (all.lo, all.hi)
-        });
+        let all = enclose(&refs);
+        let bounds = (count > 0).then(|| (all.bounds.lo.truncate(), all.bounds.hi.truncate()));
         let mut tree = Subtree { nodes: Vec::new(), leaves: Vec::new() };
         if count > 0 {
-            tree = build_node(&geometry, &mut refs, 0);
+            tree = build_node(&geometry, &mut refs, all, 0);
         }
         drop(refs);
         geometry.packed();
-        tree.nodes.shrink_to_fit();
-        tree.leaves.shrink_to_fit();
         Self { geometry, nodes: tree.nodes, leaves: tree.leaves, bounds, primitives: count }
     }
 
@@ -268,10 +280,19 @@ struct Subtree<L> {
     leaves: Vec<L>,
 }
 
-fn enclose(refs: &[PrimRef]) -> Aabb {
-    let mut all = Aabb::EMPTY;
+/// What a range of primitives spans: their boxes, and their centres.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    bounds: Aabb,
+    centres: Aabb,
+}
+
+fn enclose(refs: &[PrimRef]) -> Extent {
+    let mut all = Extent { bounds: Aabb::EMPTY, centres: Aabb::EMPTY };
     for r in refs {
-        all.grow(r.lo, r.hi);
+        all.bounds.grow(r.lo, r.hi);
+        let c = r.centre2();
+        all.centres.grow(c, c);
     }
     all
 }
@@ -279,50 +300,64 @@ fn enclose(refs: &[PrimRef]) -> Aabb {
 /// Above this many primitives children are built side by side.
 const PARALLEL: usize = 32_768;
 
-fn build_node<G: Geometry>(geometry: &G, refs: &mut [PrimRef], depth: usize) -> Subtree<G::Leaf> {
-    // Split the most expensive range until there are eight.
-    let mut parts: Vec<(&mut [PrimRef], Aabb)> = Vec::with_capacity(WIDTH);
-    let bounds = enclose(refs);
-    parts.push((refs, bounds));
+/// Splits a range into up to eight, always the most expensive first, and makes the node over them.
+fn split<'r>(refs: &'r mut [PrimRef], extent: Extent, depth: usize) -> (Node, Vec<(&'r mut [PrimRef], Extent)>) {
+    let mut parts: Vec<(&mut [PrimRef], Extent)> = Vec::with_capacity(WIDTH);
+    parts.push((refs, extent));
     while parts.len() < WIDTH {
         let Some((index, _)) = parts
             .iter()
             .enumerate()
             .filter(|(_, (refs, _))| refs.len() > WIDTH)
-            .map(|(i, (refs, bounds))| (i, bounds.half_area() * refs.len() as f32))
+            .map(|(i, (refs, extent))| (i, extent.bounds.half_area() * refs.len() as f32))
             .reduce(|a, b| if b.1 > a.1 { b } else { a })
         else {
             break;
         };
-        let (refs, _) = parts.swap_remove(index);
-        let at = partition(refs, depth);
+        let (refs, extent) = parts.swap_remove(index);
+        let at = partition(refs, &extent, depth);
         let (left, right) = refs.split_at_mut(at);
-        let (a, b) = (enclose(left), enclose(right));
+        let (a, b) = if left.len() + right.len() > PARALLEL {
+            rayon::join(|| enclose(left), || enclose(right))
+        } else {
+            (enclose(left), enclose(right))
+        };
         parts.push((left, a));
         parts.push((right, b));
     }
-
     let mut node = Node::EMPTY;
-    for (lane, (_, bounds)) in parts.iter().enumerate() {
+    for (lane, (_, extent)) in parts.iter().enumerate() {
         for axis in 0..3 {
-            node.lo[axis][lane] = bounds.lo[axis];
-            node.hi[axis][lane] = bounds.hi[axis];
+            node.lo[axis][lane] = extent.bounds.lo[axis];
+            node.hi[axis][lane] = extent.bounds.hi[axis];
         }
     }
-    let total: usize = parts.iter().map(|(refs, _)| refs.len()).sum();
-    let build = |(refs, _): (&mut [PrimRef], Aabb)| {
-        if refs.len() <= WIDTH {
-            Subtree { nodes: Vec::new(), leaves: vec![geometry.pack(refs)] }
-        } else {
-            build_node(geometry, refs, depth + 1)
-        }
-    };
-    let children: Vec<Subtree<G::Leaf>> = if total > PARALLEL {
-        parts.into_par_iter().map(build).collect()
-    } else {
-        parts.into_iter().map(build).collect()
-    };
-    let mut tree = Subtree { nodes: vec![node], leaves: Vec::new() };
+    (node, parts)
+}
+
+/// A subtree of its own; large ones in parallel, joined at the end.
+fn build_node<G: Geometry>(geometry: &G, refs: &mut [PrimRef], extent: Extent, depth: usize) -> Subtree<G::Leaf> {
+    let mut tree = Subtree { nodes: Vec::new(), leaves: Vec::new() };
+    if refs.len() <= PARALLEL {
+        // Leaves come out nearly full; what is reserved too much is given back when trees are joined.
+        tree.leaves.reserve(refs.len() / 7);
+        build_into(geometry, refs, extent, depth, &mut tree);
+        return tree;
+    }
+    let (node, parts) = split(refs, extent, depth);
+    let children: Vec<Subtree<G::Leaf>> = parts
+        .into_par_iter()
+        .map(|(refs, extent)| {
+            if refs.len() <= WIDTH {
+                Subtree { nodes: Vec::new(), leaves: vec![geometry.pack(refs)] }
+            } else {
+                build_node(geometry, refs, extent, depth + 1)
+            }
+        })
+        .collect();
+    tree.nodes.reserve_exact(1 + children.iter().map(|c| c.nodes.len()).sum::<usize>());
+    tree.leaves.reserve_exact(children.iter().map(|c| c.leaves.len()).sum());
+    tree.nodes.push(node);
     for (lane, child) in children.into_iter().enumerate() {
         let (node_base, leaf_base) = (tree.nodes.len() as u32, tree.leaves.len() as u32);
         tree.nodes[0].child[lane] = if child.nodes.is_empty() { LEAF | leaf_base } else { node_base };
@@ -330,7 +365,7 @@ fn build_node<G: Geometry>(geometry: &G, refs: &mut [PrimRef], depth: usize) -> 
             for child in &mut node.child {
                 if *child & LEAF == 0 {
                     *child += node_base;
-                } else if *child != LEAF | (LEAF - 1) {
+                } else if *child != NOTHING {
                     *child += leaf_base;
                 }
             }
@@ -341,20 +376,44 @@ fn build_node<G: Geometry>(geometry: &G, refs: &mut [PrimRef], depth: usize) -> 
     tree
 }
 
+/// Appends a node and all below it; returns its index.
+fn build_into<G: Geometry>(
+    geometry: &G,
+    refs: &mut [PrimRef],
+    extent: Extent,
+    depth: usize,
+    tree: &mut Subtree<G::Leaf>,
+) -> u32 {
+    let index = tree.nodes.len();
+    let (node, parts) = split(refs, extent, depth);
+    tree.nodes.push(node);
+    for (lane, (refs, extent)) in parts.into_iter().enumerate() {
+        let child = if refs.len() <= WIDTH {
+            tree.leaves.push(geometry.pack(refs));
+            LEAF | (tree.leaves.len() as u32 - 1)
+        } else {
+            build_into(geometry, refs, extent, depth + 1, tree)
+        };
+        tree.nodes[index].child[lane] = child;
+    }
+    index as u32
+}
+
 const BINS: usize = 16;
+/// How many primitives are looked at to judge where to cut.
+const JUDGES: usize = 4096;
 
 /// Reorders the range and returns where to cut it; both sides are non-empty.
-fn partition(refs: &mut [PrimRef], depth: usize) -> usize {
-    let mut centres = Aabb::EMPTY;
-    for r in refs.iter() {
-        centres.grow(r.centre2(), r.centre2());
-    }
-    let extent = centres.hi - centres.lo;
-    if depth < SAH_DEPTH && extent.max_element() > 0.0 {
-        let scale = Vec3::select(extent.cmpgt(Vec3::ZERO), Vec3::splat(BINS as f32 * 0.999_99) / extent, Vec3::ZERO);
-        let bin = |r: &PrimRef| (r.centre2() - centres.lo) * scale;
+fn partition(refs: &mut [PrimRef], extent: &Extent, depth: usize) -> usize {
+    let low = extent.centres.lo;
+    let size = (extent.centres.hi - low).truncate();
+    if depth < SAH_DEPTH && size.max_element() > 0.0 {
+        let scale = Vec3::select(size.cmpgt(Vec3::ZERO), Vec3::splat(BINS as f32 * 0.999_99) / size, Vec3::ZERO)
+            .extend(0.0);
+        let bin = |r: &PrimRef| (r.centre2() - low) * scale;
         let mut bins = [[(Aabb::EMPTY, 0_u32); BINS]; 3];
-        for r in refs.iter() {
+        // A few thousand primitives judge a cut as well as millions do.
+        for r in refs.iter().step_by(refs.len().div_ceil(JUDGES)) {
             let at = bin(r);
             for axis in 0..3 {
                 let slot = &mut bins[axis][(at[axis] as usize).min(BINS - 1)];
@@ -366,7 +425,7 @@ fn partition(refs: &mut [PrimRef], depth: usize) -> usize {
         let cost = |bounds: &Aabb, count: u32| bounds.half_area() * count.div_ceil(WIDTH as u32) as f32;
         let mut best: Option<(f32, usize, usize)> = None;
         for (axis, bins) in bins.iter().enumerate() {
-            if extent[axis] <= 0.0 {
+            if size[axis] <= 0.0 {
                 continue;
             }
             let mut right = [(Aabb::EMPTY, 0_u32); BINS];
@@ -388,14 +447,16 @@ fn partition(refs: &mut [PrimRef], depth: usize) -> usize {
             }
         }
         if let Some((_, axis, cut)) = best {
-            return partition_in_place(refs, |r| (bin(r)[axis] as usize).min(BINS - 1) < cut);
+            // The same arithmetic as `bin`, so that no primitive changes sides.
+            let (low, scale, cut) = (low[axis], scale[axis], cut as f32);
+            return partition_in_place(refs, |r| (r.lo[axis] + r.hi[axis] - low) * scale < cut);
         }
     }
     // All centres coincide, or the tree is too deep: halve along the longest extent.
-    let axis = if extent.x >= extent.y && extent.x >= extent.z { 0 } else if extent.y >= extent.z { 1 } else { 2 };
+    let axis = if size.x >= size.y && size.x >= size.z { 0 } else if size.y >= size.z { 1 } else { 2 };
     let middle = refs.len() / 2;
     refs.select_nth_unstable_by(middle, |a, b| {
-        a.centre2()[axis].total_cmp(&b.centre2()[axis]).then(a.id.cmp(&b.id))
+        a.centre2()[axis].total_cmp(&b.centre2()[axis]).then(a.id().cmp(&b.id()))
     });
     middle
 }

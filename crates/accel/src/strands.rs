@@ -38,8 +38,10 @@ pub struct Strands<'a> {
     pub offsets: &'a [u32],
 }
 
-/// How far pieces may lie off the curve, in radii.
-const TOLERANCE: f32 = 0.5;
+/// How far pieces may lie off the curve: the larger of this many radii ...
+const TOLERANCE_RADII: f32 = 0.5;
+/// ... and this share of the span's length, which bounds the bend between pieces to about seven degrees.
+const TOLERANCE_SPAN: f32 = 0.015;
 /// Most pieces a span is cut into.
 const MAX_PIECES: f32 = 16.0;
 
@@ -131,11 +133,13 @@ impl StrandGeometry {
         let start = p[0] * 2.0 - p[1] * 5.0 + p[2] * 4.0 - p[3];
         let end = p[1] * 4.0 - p[0] - p[2] * 5.0 + p[3] * 2.0;
         // What matters is the part across the span: along it, points only bunch.
-        let along = (p[2] - p[1]).normalize_or_zero();
+        let chord = p[2] - p[1];
+        let along = chord.normalize_or_zero();
         let across = |v: Vec3| (v - along * along.dot(v)).length();
         let bend = across(start).max(across(end));
         let radius = self.radii[point as usize].min(self.radii[point as usize + 1]).max(1e-30);
-        (bend / (8.0 * TOLERANCE * radius)).sqrt().ceil().clamp(1.0, MAX_PIECES) as u8
+        let tolerance = (TOLERANCE_RADII * radius).max(TOLERANCE_SPAN * chord.length());
+        (bend / (8.0 * tolerance)).sqrt().ceil().clamp(1.0, MAX_PIECES) as u8
     }
 
     fn strand_of(&self, point: u32) -> usize {
@@ -186,7 +190,7 @@ impl Geometry for StrandGeometry {
             of: [1; WIDTH],
         };
         for (lane, primitive) in primitives.iter().enumerate() {
-            let piece = self.pieces[primitive.id as usize];
+            let piece = self.pieces[primitive.id() as usize];
             let strand = self.strand_of(piece.point);
             let ([a, b], [ra, rb]) = self.ends(strand, piece);
             for axis in 0..3 {

@@ -67,13 +67,13 @@ impl Geometry for TriangleGeometry {
             id: [0; WIDTH],
         };
         for (lane, primitive) in primitives.iter().enumerate() {
-            let [a, b, c] = self.corners[primitive.id as usize];
+            let [a, b, c] = self.corners[primitive.id() as usize];
             for axis in 0..3 {
                 leaf.corner[axis][lane] = a[axis];
                 leaf.edge1[axis][lane] = b[axis] - a[axis];
                 leaf.edge2[axis][lane] = c[axis] - a[axis];
             }
-            leaf.id[lane] = primitive.id;
+            leaf.id[lane] = primitive.id();
         }
         leaf
     }

@@ -72,7 +72,7 @@ mod tests {
             assert!(s[0] < s[1] && s[1] < s[2]);
             let both = from_melanin(0.5, 2.0, constants);
             let apart = from_melanin(0.5, 0.0, constants) + from_melanin(0.0, 2.0, constants);
-            assert!((both - apart).0.iter().all(|d| d.abs() < 1e-15));
+            assert!((both - apart).0.iter().all(|d: &f64| d.abs() < 1e-15));
         }
         assert!(from_melanin(1.0_f64, 0.0, MelaninConstants::Pbrt) != from_melanin(1.0, 0.0, MelaninConstants::Cycles));
     }

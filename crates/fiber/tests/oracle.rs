@@ -198,7 +198,8 @@ fn deon_lobes_are_the_tabulated_ones() {
         let (fcos, pdf) = setup.eval_pdf(s);
         let (want_l, want_n, want) = (numbers(&row["L"]), numbers(&row["N"]), numbers(&row["fcos_lobes"]));
         for p in 0..4 {
-            close(l[p], want_l[p], 1e-9, 1e-200, "longitudinal factor", row);
+            // The tabulated convolution has an absolute error where L is nothing.
+            close(l[p], want_l[p], 1e-9, 1e-20, "longitudinal factor", row);
             // Where L underflows the factor N cannot be had from the product; the value is 0 there.
             if l[p] > 1e-100 {
                 close(n[p][0], want_n[p], 1e-4, 1e-7, "azimuthal factor", row);

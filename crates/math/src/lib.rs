@@ -22,11 +22,11 @@ mod real;
 mod rgb;
 
 pub use frame::Frame;
-pub use glam::{Affine3A, DVec3, Mat3, Quat, Vec2, Vec3};
+pub use glam::{Affine3A, DVec3, Mat3, Quat, Vec2, Vec3, Vec4};
 pub use real::Real;
 pub use rgb::Rgb;
 
-/// `x` wrapped into `(-π, π]`, by whole turns.
+/// `x` wrapped into `[-π, π]`, by whole turns.
 #[inline]
 pub fn wrap_angle<F: Real>(x: F) -> F {
     x - F::TAU() * (x / F::TAU()).round()
