@@ -138,20 +138,41 @@ pub(crate) struct RaySimd<'a, S: Simd> {
     pub(crate) axes: [[f32x8<S>; 3]; 3],
 }
 
+/// A vector in every lane. Functions like this one must be `inline(always)` and free of closures over
+/// vectors: only then does the compiler see the instruction set they run under.
+#[inline(always)]
+fn splat<S: Simd>(simd: S, v: Vec3) -> [f32x8<S>; 3] {
+    [f32x8::splat(simd, v.x), f32x8::splat(simd, v.y), f32x8::splat(simd, v.z)]
+}
+
+/// Distances at which a ray crosses eight planes across one axis.
+#[inline(always)]
+fn slab<S: Simd>(simd: S, planes: &[f32; WIDTH], origin: f32x8<S>, inverse: f32x8<S>) -> f32x8<S> {
+    (f32x8::load_array_ref(simd, planes) - origin) * inverse
+}
+
 impl<'a, S: Simd> RaySimd<'a, S> {
     #[inline(always)]
     fn new(simd: S, ray: &'a Ray) -> Self {
-        let splat = |v: Vec3| [v.x, v.y, v.z].map(|x| f32x8::splat(simd, x));
         // Never zero, so that no slab distance is NaN.
-        let inverse = ray.dir.to_array().map(|d| 1.0 / if d.abs() < 1e-18 { 1e-18_f32.copysign(d) } else { d });
+        let inverse = Vec3::from_array(ray.dir.to_array().map(|d| {
+            let tiny = 1e-18_f32;
+            1.0 / if d.abs() < tiny { tiny.copysign(d) } else { d }
+        }));
         let frame = math::Frame::around(ray.dir);
         Self {
             ray,
-            origin: splat(ray.origin),
-            inverse: inverse.map(|x| f32x8::splat(simd, x)),
-            axes: [splat(frame.v), splat(frame.w), splat(ray.dir)],
+            origin: splat(simd, ray.origin),
+            inverse: splat(simd, inverse),
+            axes: [splat(simd, frame.v), splat(simd, frame.w), splat(simd, ray.dir)],
         }
     }
+}
+
+/// The planes that a ray meets first and last.
+#[inline(always)]
+fn order<'n>(lo: &'n [f32; WIDTH], hi: &'n [f32; WIDTH], positive: bool) -> (&'n [f32; WIDTH], &'n [f32; WIDTH]) {
+    if positive { (lo, hi) } else { (hi, lo) }
 }
 
 const STACK: usize = 256;
@@ -208,12 +229,15 @@ impl<G: Geometry> Bvh<G> {
                 continue;
             }
             let node = &self.nodes[child as usize];
-            let plane = |axis: usize, low: bool| {
-                f32x8::load_array_ref(simd, if low { &node.lo[axis] } else { &node.hi[axis] })
-            };
-            let slab = |axis: usize, low: bool| (plane(axis, low) - r.origin[axis]) * r.inverse[axis];
-            let enter = slab(0, positive[0]).max(slab(1, positive[1])).max(slab(2, positive[2]));
-            let leave = slab(0, !positive[0]).min(slab(1, !positive[1])).min(slab(2, !positive[2]));
+            let (near_x, far_x) = order(&node.lo[0], &node.hi[0], positive[0]);
+            let (near_y, far_y) = order(&node.lo[1], &node.hi[1], positive[1]);
+            let (near_z, far_z) = order(&node.lo[2], &node.hi[2], positive[2]);
+            let enter = slab(simd, near_x, r.origin[0], r.inverse[0])
+                .max(slab(simd, near_y, r.origin[1], r.inverse[1]))
+                .max(slab(simd, near_z, r.origin[2], r.inverse[2]));
+            let leave = slab(simd, far_x, r.origin[0], r.inverse[0])
+                .min(slab(simd, far_y, r.origin[1], r.inverse[1]))
+                .min(slab(simd, far_z, r.origin[2], r.inverse[2]));
             // Three roundings a side: this much slack keeps boxes watertight (Ize 2013).
             let leave = leave * 1.000_000_5;
             let enter = enter.max(ray.t_min);

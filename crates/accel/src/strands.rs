@@ -4,7 +4,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 use math::{Vec3, curve};
 
 use crate::bvh::{Bvh, Found, Geometry, PrimRef, RaySimd, WIDTH};
-use crate::triangles::nearest;
+use crate::triangles::{dot, load3, nearest};
 use crate::{Ray, StrandHit};
 
 /// What a strand is in cross-section.
@@ -162,6 +162,14 @@ impl StrandGeometry {
     }
 }
 
+/// Eight points in the ray's frame.
+#[inline(always)]
+fn to_ray<S: Simd>(simd: S, r: &RaySimd<'_, S>, points: &[[f32; WIDTH]; 3]) -> [f32x8<S>; 3] {
+    let p = load3(simd, points);
+    let d = [p[0] - r.origin[0], p[1] - r.origin[1], p[2] - r.origin[2]];
+    [dot(d, r.axes[0]), dot(d, r.axes[1]), dot(d, r.axes[2])]
+}
+
 impl Geometry for StrandGeometry {
     type Leaf = StrandLeaf;
 
@@ -207,17 +215,12 @@ impl Geometry for StrandGeometry {
 
     #[inline(always)]
     fn test<S: Simd>(&self, simd: S, leaf: &StrandLeaf, r: &RaySimd<'_, S>, t_max: f32) -> Option<(f32, usize)> {
-        let splat = |x: f32| f32x8::splat(simd, x);
-        let (zero, one) = (splat(0.0), splat(1.0));
-        let load = |v: &[f32; WIDTH]| f32x8::load_array_ref(simd, v);
+        let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
         // Both ends in the ray's frame: x and y across it, z along it from the origin.
-        let to_ray = |p: &[[f32; WIDTH]; 3]| {
-            let d = [0, 1, 2].map(|i| load(&p[i]) - r.origin[i]);
-            r.axes.map(|axis| d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2])
-        };
-        let [ax, ay, az] = to_ray(&leaf.a);
-        let [bx, by, bz] = to_ray(&leaf.b);
-        let (ra, rb) = (load(&leaf.radius_a), load(&leaf.radius_b));
+        let [ax, ay, az] = to_ray(simd, r, &leaf.a);
+        let [bx, by, bz] = to_ray(simd, r, &leaf.b);
+        let ra = f32x8::load_array_ref(simd, &leaf.radius_a);
+        let rb = f32x8::load_array_ref(simd, &leaf.radius_b);
         let (ex, ey, ez) = (bx - ax, by - ay, bz - az);
 
         // Where the axis passes the ray closest, as seen along the ray: no digits are lost here.
@@ -257,7 +260,7 @@ impl Geometry for StrandGeometry {
                 let body = h.simd_ge(zero) & y.simd_gt(zero) & y.simd_lt(d2) & !steep;
 
                 let (h_a, h_b) = (ra * ra - (ax * ax + ay * ay), rb * rb - (bx * bx + by * by));
-                let far = splat(f32::INFINITY);
+                let far = f32x8::splat(simd, f32::INFINITY);
                 let cap_a = h_a.simd_gt(zero).select(zero - oz - h_a.max(zero).sqrt(), far);
                 let cap_b = h_b.simd_gt(zero).select(ez - oz - h_b.max(zero).sqrt(), far);
                 let caps = cap_a.min(cap_b);
@@ -265,7 +268,7 @@ impl Geometry for StrandGeometry {
                 (cz + local, close & local.simd_lt(far))
             }
         };
-        let hit = met & t.simd_gt(splat(r.ray.t_min)) & t.simd_lt(splat(t_max));
+        let hit = met & t.simd_gt(f32x8::splat(simd, r.ray.t_min)) & t.simd_lt(f32x8::splat(simd, t_max));
         let mut mask = hit.to_bitmask();
         if mask == 0 {
             return None;

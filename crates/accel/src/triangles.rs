@@ -80,12 +80,11 @@ impl Geometry for TriangleGeometry {
 
     #[inline(always)]
     fn test<S: Simd>(&self, simd: S, leaf: &TriangleLeaf, r: &RaySimd<'_, S>, t_max: f32) -> Option<(f32, usize)> {
-        let load = |v: &[[f32; WIDTH]; 3]| [0, 1, 2].map(|i| f32x8::load_array_ref(simd, &v[i]));
-        let (e1, e2, corner) = (load(&leaf.edge1), load(&leaf.edge2), load(&leaf.corner));
+        let (e1, e2, corner) = (load3(simd, &leaf.edge1), load3(simd, &leaf.edge2), load3(simd, &leaf.corner));
         let d = r.axes[2];
         let p = cross(d, e2);
         let det = dot(e1, p);
-        let s = [0, 1, 2].map(|i| r.origin[i] - corner[i]);
+        let s = [r.origin[0] - corner[0], r.origin[1] - corner[1], r.origin[2] - corner[2]];
         let q = cross(s, e1);
         // Scaled by |det| instead of divided: the sign test needs no division.
         let sign = f32x8::splat(simd, 1.0).copysign(det);
@@ -123,13 +122,23 @@ pub(crate) fn nearest(mask: u64, t: &[f32; WIDTH]) -> Option<(f32, usize)> {
     best
 }
 
+/// Eight vectors.
+#[inline(always)]
+pub(crate) fn load3<S: Simd>(simd: S, v: &[[f32; WIDTH]; 3]) -> [f32x8<S>; 3] {
+    [
+        f32x8::load_array_ref(simd, &v[0]),
+        f32x8::load_array_ref(simd, &v[1]),
+        f32x8::load_array_ref(simd, &v[2]),
+    ]
+}
+
 #[inline(always)]
 fn cross<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[inline(always)]
-fn dot<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> f32x8<S> {
+pub(crate) fn dot<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> f32x8<S> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
