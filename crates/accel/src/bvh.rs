@@ -192,13 +192,20 @@ impl<G: Geometry> Bvh<G> {
             .collect();
         let all = enclose(&refs);
         let bounds = (count > 0).then(|| (all.bounds.lo.truncate(), all.bounds.hi.truncate()));
-        let mut tree = Subtree { nodes: Vec::new(), leaves: Vec::new() };
+        let mut tree = Subtree::default();
         if count > 0 {
-            tree = build_node(&geometry, &mut refs, all, 0);
+            tree = build_node(Part { refs: &mut refs, first: 0, extent: all }, 0);
         }
+        // Leaves are packed once the tree stands: they are by far the largest part and are never moved.
+        let leaves = tree
+            .leaves
+            .par_iter()
+            .with_min_len(1024)
+            .map(|&(first, len)| geometry.pack(&refs[first as usize..][..usize::from(len)]))
+            .collect();
         drop(refs);
         geometry.packed();
-        Self { geometry, nodes: tree.nodes, leaves: tree.leaves, bounds, primitives: count }
+        Self { geometry, nodes: tree.nodes, leaves, bounds, primitives: count }
     }
 
     #[inline(always)]
@@ -298,10 +305,20 @@ impl<G: Geometry> Bvh<G> {
     }
 }
 
-struct Subtree<L> {
+#[derive(Default)]
+struct Subtree {
     /// The first node is the root.
     nodes: Vec<Node>,
-    leaves: Vec<L>,
+    /// First primitive and number of primitives of each leaf.
+    leaves: Vec<(u32, u8)>,
+}
+
+/// A range of the primitives.
+struct Part<'r> {
+    refs: &'r mut [PrimRef],
+    /// Where the range begins among all.
+    first: u32,
+    extent: Extent,
 }
 
 /// What a range of primitives spans: their boxes, and their centres.
@@ -325,20 +342,20 @@ fn enclose(refs: &[PrimRef]) -> Extent {
 const PARALLEL: usize = 32_768;
 
 /// Splits a range into up to eight, always the most expensive first, and makes the node over them.
-fn split<'r>(refs: &'r mut [PrimRef], extent: Extent, depth: usize) -> (Node, Vec<(&'r mut [PrimRef], Extent)>) {
-    let mut parts: Vec<(&mut [PrimRef], Extent)> = Vec::with_capacity(WIDTH);
-    parts.push((refs, extent));
+fn split(part: Part<'_>, depth: usize) -> (Node, Vec<Part<'_>>) {
+    let mut parts = Vec::with_capacity(WIDTH);
+    parts.push(part);
     while parts.len() < WIDTH {
         let Some((index, _)) = parts
             .iter()
             .enumerate()
-            .filter(|(_, (refs, _))| refs.len() > WIDTH)
-            .map(|(i, (refs, extent))| (i, extent.bounds.half_area() * refs.len() as f32))
+            .filter(|(_, part)| part.refs.len() > WIDTH)
+            .map(|(i, part)| (i, part.extent.bounds.half_area() * part.refs.len() as f32))
             .reduce(|a, b| if b.1 > a.1 { b } else { a })
         else {
             break;
         };
-        let (refs, extent) = parts.swap_remove(index);
+        let Part { refs, first, extent } = parts.swap_remove(index);
         let at = partition(refs, &extent, depth);
         let (left, right) = refs.split_at_mut(at);
         let (a, b) = if left.len() + right.len() > PARALLEL {
@@ -346,36 +363,34 @@ fn split<'r>(refs: &'r mut [PrimRef], extent: Extent, depth: usize) -> (Node, Ve
         } else {
             (enclose(left), enclose(right))
         };
-        parts.push((left, a));
-        parts.push((right, b));
+        parts.push(Part { refs: left, first, extent: a });
+        parts.push(Part { refs: right, first: first + at as u32, extent: b });
     }
     let mut node = Node::EMPTY;
-    for (lane, (_, extent)) in parts.iter().enumerate() {
+    for (lane, part) in parts.iter().enumerate() {
         for axis in 0..3 {
-            node.lo[axis][lane] = extent.bounds.lo[axis];
-            node.hi[axis][lane] = extent.bounds.hi[axis];
+            node.lo[axis][lane] = part.extent.bounds.lo[axis];
+            node.hi[axis][lane] = part.extent.bounds.hi[axis];
         }
     }
     (node, parts)
 }
 
 /// A subtree of its own; large ones in parallel, joined at the end.
-fn build_node<G: Geometry>(geometry: &G, refs: &mut [PrimRef], extent: Extent, depth: usize) -> Subtree<G::Leaf> {
-    let mut tree = Subtree { nodes: Vec::new(), leaves: Vec::new() };
-    if refs.len() <= PARALLEL {
-        // Leaves come out nearly full; what is reserved too much is given back when trees are joined.
-        tree.leaves.reserve(refs.len() / 7);
-        build_into(geometry, refs, extent, depth, &mut tree);
+fn build_node(part: Part<'_>, depth: usize) -> Subtree {
+    let mut tree = Subtree::default();
+    if part.refs.len() <= PARALLEL {
+        build_into(part, depth, &mut tree);
         return tree;
     }
-    let (node, parts) = split(refs, extent, depth);
-    let children: Vec<Subtree<G::Leaf>> = parts
+    let (node, parts) = split(part, depth);
+    let children: Vec<Subtree> = parts
         .into_par_iter()
-        .map(|(refs, extent)| {
-            if refs.len() <= WIDTH {
-                Subtree { nodes: Vec::new(), leaves: vec![geometry.pack(refs)] }
+        .map(|part| {
+            if part.refs.len() <= WIDTH {
+                Subtree { nodes: Vec::new(), leaves: vec![(part.first, part.refs.len() as u8)] }
             } else {
-                build_node(geometry, refs, extent, depth + 1)
+                build_node(part, depth + 1)
             }
         })
         .collect();
@@ -401,22 +416,16 @@ fn build_node<G: Geometry>(geometry: &G, refs: &mut [PrimRef], extent: Extent, d
 }
 
 /// Appends a node and all below it; returns its index.
-fn build_into<G: Geometry>(
-    geometry: &G,
-    refs: &mut [PrimRef],
-    extent: Extent,
-    depth: usize,
-    tree: &mut Subtree<G::Leaf>,
-) -> u32 {
+fn build_into(part: Part<'_>, depth: usize, tree: &mut Subtree) -> u32 {
     let index = tree.nodes.len();
-    let (node, parts) = split(refs, extent, depth);
+    let (node, parts) = split(part, depth);
     tree.nodes.push(node);
-    for (lane, (refs, extent)) in parts.into_iter().enumerate() {
-        let child = if refs.len() <= WIDTH {
-            tree.leaves.push(geometry.pack(refs));
+    for (lane, part) in parts.into_iter().enumerate() {
+        let child = if part.refs.len() <= WIDTH {
+            tree.leaves.push((part.first, part.refs.len() as u8));
             LEAF | (tree.leaves.len() as u32 - 1)
         } else {
-            build_into(geometry, refs, extent, depth + 1, tree)
+            build_into(part, depth + 1, tree)
         };
         tree.nodes[index].child[lane] = child;
     }

@@ -106,3 +106,18 @@ fn toml_string(text: &str) -> String {
     out.push('"');
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_path_survives_the_text() {
+        let view = GroomView { up: Some(UpAxis::Z), ..GroomView::default() };
+        let path = Path::new("/no such/\"quoted\"\\and\u{7}bell.hair");
+        let text = text(path, &view).unwrap();
+        let error = scene::Scene::load(&text, &[], &scene::NoAssets).unwrap_err();
+        // It got as far as asking for the file, under its own name.
+        assert!(error.to_string().contains("quoted"), "{error}");
+    }
+}

@@ -776,7 +776,7 @@ pub struct LookSection {
     pub residual: Option<bool>,
     /// deon: at which angle the attenuations are evaluated. Default: `difference`.
     pub attenuation: Option<AttenuationKind>,
-    /// deon: how a sample is weighted. Default: `joint`.
+    /// deon: how a sample is weighted. Default: `marginal`.
     pub weights: Option<WeightsKind>,
     /// deon: whether the place across the fiber counts. Default: `near`.
     pub field: Option<FieldKind>,

@@ -51,22 +51,5 @@ pub fn builtin() -> &'static str {
     include_str!("../../../scenes/builtin.toml")
 }
 
-/// The text of a scene that shows the groom at `path` alone: framed automatically, brown, with a warm key
-/// light from the front, a cool rim light from behind and a dim environment, whatever the groom's size.
-pub fn for_groom(path: &str) -> String {
-    // As a TOML string, so that quotes and backslashes in paths survive.
-    let file = toml::Value::from(path);
-    format!(
-        "[film]\nview = \"filmic\"\n\n\
-         [[light]]\nname = \"sky\"\ntype = \"environment\"\nradiance = [0.28, 0.3, 0.34]\n\n\
-         [[light]]\nname = \"key\"\ntype = \"distant\"\ndirection = [0.55, -0.6, -0.6]\n\
-         irradiance = [4.2, 3.9, 3.5]\nangle_deg = 12.0\n\n\
-         [[light]]\nname = \"rim\"\ntype = \"distant\"\ndirection = [-0.6, -0.35, 0.7]\n\
-         irradiance = [3.0, 3.3, 3.8]\nangle_deg = 10.0\n\n\
-         [[groom]]\nfile = {file}\nlook = \"main\"\n\n\
-         [look.main]\nmodel = \"deon\"\neumelanin = 1.3\npheomelanin = 0.2\n"
-    )
-}
-
 #[cfg(test)]
 mod tests;

@@ -504,8 +504,8 @@ impl Builder<'_, '_> {
                         Some(AttenuationKind::Known) => Attenuation::Known,
                     },
                     weights: match look.weights {
-                        None | Some(WeightsKind::Joint) => Weights::Joint,
-                        Some(WeightsKind::Marginal) => Weights::Marginal,
+                        None | Some(WeightsKind::Marginal) => Weights::Marginal,
+                        Some(WeightsKind::Joint) => Weights::Joint,
                         Some(WeightsKind::Clamped) => Weights::Clamped,
                     },
                     field: match look.field {

@@ -15,8 +15,7 @@ use crate::file::{
 use crate::look;
 use crate::procedural;
 use crate::scene::{
-    Camera, FilmSettings, Light, RenderSettings, Scene, SceneGroom, SceneMesh, Viewpoint, auto_camera,
-    union,
+    Camera, FilmSettings, Light, RenderSettings, Scene, SceneGroom, SceneMesh, Viewpoint, auto_camera, outline,
 };
 use crate::source::Source;
 
@@ -80,12 +79,14 @@ impl Resolver<'_, '_> {
             let look = chosen[index];
             grooms.push(self.groom(index, section, look, looks[look].attributes())?);
         }
-        let bounds = grooms.iter().filter_map(|g| g.groom.bounds()).reduce(union);
-        let bounds = bounds.or_else(|| meshes.iter().filter_map(|m| m.mesh.bounds()).reduce(union));
+        let mut framed = outline(grooms.iter().flat_map(|g| g.groom.points()));
+        if framed.is_empty() {
+            framed = outline(meshes.iter().flat_map(|m| &m.mesh.positions));
+        }
         let aspect = film.width as f32 / film.height as f32;
         let camera = self.camera(
             file.camera.as_ref(),
-            bounds.unwrap_or((Vec3::splat(-1.0), Vec3::ONE)),
+            &framed,
             aspect,
         )?;
         Ok(Scene {
@@ -141,7 +142,7 @@ impl Resolver<'_, '_> {
     fn camera(
         &self,
         section: Option<&CameraSection>,
-        bounds: (Vec3, Vec3),
+        framed: &[Vec3],
         aspect: f32,
     ) -> Result<Camera, SceneError> {
         let automatic = CameraSection::default();
@@ -157,7 +158,7 @@ impl Resolver<'_, '_> {
                 let position = self.point("camera.position", position)?;
                 let target = match section.target {
                     Some(target) => self.point("camera.target", target)?,
-                    None => (bounds.0 + bounds.1) * 0.5,
+                    None => framed.iter().sum::<Vec3>() / framed.len().max(1) as f32,
                 };
                 let focus_distance = position.distance(target);
                 Camera { position, target, up, fov_y, aperture_radius: 0.0, focus_distance }
@@ -170,7 +171,7 @@ impl Resolver<'_, '_> {
                     return Err(self.source.at_key(SceneErrorKind::Conflict, path, message));
                 }
                 let orbit = orbit.clone().unwrap_or_default();
-                Camera { up, ..auto_camera(bounds, self.orbit(&orbit)?, fov_y, aspect) }
+                Camera { up, ..auto_camera(framed, self.orbit(&orbit)?, fov_y, aspect) }
             }
         };
         camera.aperture_radius =

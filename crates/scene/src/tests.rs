@@ -245,7 +245,7 @@ fn what_is_left_out_gets_its_documented_default() {
     assert_eq!(deon.sigma_a, from_melanin(1.3, 0.2, MelaninConstants::Pbrt));
     assert!((deon.beta_m - 7.5_f32.to_radians()).abs() < 1e-7 && deon.beta_n == deon.beta_m);
     assert!((deon.alpha + 3_f32.to_radians()).abs() < 1e-7 && deon.eta == 1.55);
-    assert!(deon.residual && deon.field == fiber::Field::Near && deon.weights == fiber::Weights::Joint);
+    assert!(deon.residual && deon.field == fiber::Field::Near && deon.weights == fiber::Weights::Marginal);
     // The camera sees the strands, which span (0..1, 0..2, 0).
     assert_eq!(scene.camera.target, Vec3::new(0.5, 1.0, 0.0));
     assert!(scene.camera.position.distance(scene.camera.target) > 1.0);
@@ -701,14 +701,6 @@ fn the_scenes_of_the_project_resolve_without_files() {
         assert!(scene.warnings.len() <= allowed, "{name}: {:?}", scene.warnings);
     }
     assert_eq!(builtin(), SCENES[0].1);
-}
-
-#[test]
-fn a_groom_alone_makes_a_scene() {
-    let scene = load(&for_groom("two.hair"));
-    assert_eq!((scene.lights.len(), scene.grooms.len()), (3, 1));
-    let error = fail(&for_groom("C:\\hair\\\"x\".hair"));
-    assert!(error.message.contains("C:\\hair\\\"x\".hair"), "{error}");
 }
 
 #[test]

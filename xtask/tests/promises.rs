@@ -1,0 +1,108 @@
+//! What `ARCHITECTURE.md` promises about the sources.
+
+use std::path::{Path, PathBuf};
+
+use cargo_metadata::DependencyKind;
+use xtask::source;
+
+/// The Rust sources below some folders of the workspace.
+fn files(folders: &[&str]) -> Vec<PathBuf> {
+    let below = |folder: &&str| source::rust_files(&xtask::root().join(folder)).expect("the folder has sources");
+    folders.iter().flat_map(below).collect()
+}
+
+/// No file may have a word for which `is_banned` holds.
+fn must_not_say(files: &[PathBuf], is_banned: impl Fn(&str) -> bool) {
+    let found: Vec<String> =
+        files.iter().flat_map(|file| source::mentions(file, &is_banned).expect("the file is there")).collect();
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+const EVERYWHERE: [&str; 4] = ["crates", "apps", "lab", "xtask"];
+
+#[test]
+fn no_code_is_unsafe() {
+    must_not_say(&files(&EVERYWHERE), |word| word == "unsafe");
+}
+
+#[test]
+fn only_the_scene_file_derives_serialize() {
+    let file = xtask::root().join("crates/scene/src/file.rs");
+    let mut sources = files(&["crates"]);
+    let before = sources.len();
+    sources.retain(|path| *path != file && is_library(path));
+    // The exception exists, and it is one.
+    let derived = source::mentions(&file, |word| word == "Serialize").expect("the scene file is there");
+    assert!(before > sources.len() && !derived.is_empty());
+    must_not_say(&sources, |word| matches!(word, "Serialize" | "JsonSchema"));
+}
+
+/// Not a test of a crate, which may do as it likes.
+fn is_library(path: &Path) -> bool {
+    let is_test = |part: &std::ffi::OsStr| part == "tests" || part == "tests.rs" || part == "benches";
+    !path.iter().any(is_test)
+}
+
+#[test]
+fn the_scene_opens_no_files() {
+    let mut sources = files(&["crates/scene/src"]);
+    sources.retain(|path| is_library(path));
+    must_not_say(&sources, |word| matches!(word, "fs" | "File" | "OpenOptions"));
+}
+
+#[test]
+fn accel_knows_numbers_only() {
+    must_not_say(&files(&["crates/accel/src"]), |word| {
+        let known = ["groom", "grooms", "look", "looks", "scene", "scenes", "fiber", "fibers"];
+        source::parts(word).iter().any(|part| known.contains(&part.as_str()))
+    });
+}
+
+#[test]
+fn nobody_names_a_gpu_or_a_window() {
+    let heavy = ["wgpu", "egui", "eframe", "winit", "pyo3"];
+    must_not_say(&files(&EVERYWHERE), |word| heavy.iter().any(|name| word.starts_with(name)));
+    for (package, dependency) in dependencies() {
+        assert!(!heavy.iter().any(|name| dependency.starts_with(name)), "{package} depends on {dependency}");
+    }
+}
+
+#[test]
+fn no_renderer_draws_from_a_generator() {
+    // A generator has a state, and a state that threads share makes pictures that depend on them.
+    for (package, dependency) in dependencies() {
+        assert!(!["rand", "fastrand", "oorandom"].contains(&dependency.as_str()), "{package} depends on {dependency}");
+    }
+}
+
+/// Packages of the workspace with what they use, tests left out.
+fn dependencies() -> Vec<(String, String)> {
+    let metadata = xtask::arrows::metadata().expect("Cargo runs");
+    let mut all = Vec::new();
+    for package in metadata.workspace_packages() {
+        let used = package.dependencies.iter().filter(|d| d.kind != DependencyKind::Development);
+        all.extend(used.map(|d| (package.name.to_string(), d.name.clone())));
+    }
+    assert!(all.len() > 40, "{}", all.len());
+    all
+}
+
+#[test]
+fn ci_runs_the_steps_of_xtask() {
+    let script = std::fs::read_to_string(xtask::root().join(".ci/run")).expect("the script is there");
+    let in_script: Vec<&str> = script
+        .lines()
+        .filter_map(|line| line.strip_prefix("step "))
+        .map(|line| line.strip_prefix("env ").unwrap_or(line))
+        .collect();
+    assert_eq!(in_script, xtask::ci::STEPS.map(|step| step.to_string()));
+}
+
+#[test]
+fn the_readme_names_the_two_commands_that_must_work() {
+    let readme = std::fs::read_to_string(xtask::root().join("README.md")).expect("the README is there");
+    let tests = xtask::ci::STEPS[0].to_string();
+    for command in ["cargo run --release -- render", tests.as_str()] {
+        assert!(readme.lines().any(|line| line.trim() == command), "{command}");
+    }
+}
