@@ -50,7 +50,7 @@ pub(crate) fn text(path: &Path, view: &GroomView) -> Result<String, LoadError> {
         view.azimuth_deg,
         view.elevation_deg,
     );
-    text += "[film]\nwidth = 800\nheight = 800\nview = \"agx\"\n\n";
+    text += "[film]\nwidth = 800\nheight = 800\nview = \"filmic\"\n\n";
     match &view.environment {
         Some(environment) => {
             text += &format!("[[light]]\ntype = \"environment\"\nfile = {}\n\n", quoted(environment));
@@ -62,14 +62,14 @@ pub(crate) fn text(path: &Path, view: &GroomView) -> Result<String, LoadError> {
                 [-e.cos() * a.sin(), -e.sin(), -e.cos() * a.cos()]
             };
             for (direction, irradiance, angle) in [
-                (turned(-40.0, 38.0), "[4.2, 4.0, 3.7]", 18.0),
-                (turned(155.0, 30.0), "[3.0, 3.4, 4.0]", 14.0),
+                (turned(-40.0, 38.0), "[8.5, 7.9, 7.1]", 24.0),
+                (turned(155.0, 30.0), "[5.0, 5.5, 6.4]", 20.0),
             ] {
                 text += &format!(
                     "[[light]]\ntype = \"distant\"\ndirection = {direction:?}\nirradiance = {irradiance}\nangle_deg = {angle:?}\n\n"
                 );
             }
-            text += "[[light]]\ntype = \"environment\"\nradiance = [0.22, 0.24, 0.28]\n\n";
+            text += "[[light]]\ntype = \"environment\"\nradiance = [0.34, 0.36, 0.40]\n\n";
         }
     }
     if let Some(head) = &view.head {

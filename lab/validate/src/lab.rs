@@ -20,10 +20,10 @@ pub(crate) struct Args {
     #[arg(long, default_value = "brown")]
     material: String,
     /// Samples per pixel and seed
-    #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     samples: u32,
     /// Independent renders, from which standard errors come
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..=1000))]
     seeds: u32,
     /// Threads; one per processor if left out
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
