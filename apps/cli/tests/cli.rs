@@ -65,12 +65,8 @@ fn render_writes_layers_and_picture() {
 
 #[test]
 fn the_name_says_what_is_written() {
-    let cases: &[(&str, &[&str])] = &[
-        ("a.png", &["a.png"]),
-        ("a.PNG", &["a.PNG"]),
-        ("a", &["a.exr", "a.png"]),
-        ("a.EXR", &["a.EXR", "a.png"]),
-    ];
+    let cases: &[(&str, &[&str])] =
+        &[("a.png", &["a.png"]), ("a.PNG", &["a.PNG"]), ("a", &["a.exr", "a.png"]), ("a.EXR", &["a.EXR", "a.png"])];
     for (name, files) in cases {
         let desk = Desk::new();
         desk.good(&format!("render tiny.toml -o {name}"));
@@ -285,8 +281,22 @@ fn help_lists_what_there_is() {
     }
     let help = desk.good("render --help").out;
     for flag in [
-        "--groom", "--up", "--azimuth", "--elevation", "--head", "--env", "--samples", "--time", "--size", "--seed",
-        "--threads", "--simd", "--set", "--view", "--output", "--quiet",
+        "--groom",
+        "--up",
+        "--azimuth",
+        "--elevation",
+        "--head",
+        "--env",
+        "--samples",
+        "--time",
+        "--size",
+        "--seed",
+        "--threads",
+        "--simd",
+        "--set",
+        "--view",
+        "--output",
+        "--quiet",
     ] {
         assert!(help.contains(flag), "{flag} in {help}");
     }
@@ -418,7 +428,11 @@ fn wrong_scenes_are_refused_with_their_place() {
         ("procedural =", "file = \"a.hair\"\nprocedural =", &["line 13", "exactly one of file"]),
         ("[look.main]", "[look.main", &["line 18", "expected `]`"]),
         ("height = 16", "width = 16", &["line 3, column 1", "duplicate key"]),
-        ("[film]", "[camera]\nfov_deg = 0\n[film]", &["line 2, column 11", "`camera.fov_deg` is 0", "between 1 and 170"]),
+        (
+            "[film]",
+            "[camera]\nfov_deg = 0\n[film]",
+            &["line 2, column 11", "`camera.fov_deg` is 0", "between 1 and 170"],
+        ),
     ];
     for (right, wrong, says) in cases {
         assert!(SCENE.contains(right), "{right}");
@@ -848,7 +862,15 @@ fn complaints_about_a_groom_alone_speak_of_what_was_given() {
 #[test]
 fn wrong_types_are_named_in_words() {
     let desk = Desk::new();
-    for set in ["film.width=wide", "film.width=-1", "film.width=1.5", "film=8", "groom=3", "look.main=3", "render.samples=true"] {
+    for set in [
+        "film.width=wide",
+        "film.width=-1",
+        "film.width=1.5",
+        "film=8",
+        "groom=3",
+        "look.main=3",
+        "render.samples=true",
+    ] {
         let said = desk.run(["render", "tiny.toml", "--set", set]).err;
         assert!(said.contains(set), "{said}");
         for word in ["u32", "i128", "f64", "struct", "Section", "sequence"] {
@@ -1049,7 +1071,8 @@ impl Answer {
         if self.err.contains("panicked") {
             complaints.push("it panicked".to_owned());
         }
-        complaints.extend(says.iter().filter(|what| !self.err.contains(**what)).map(|what| format!("does not say {what}")));
+        complaints
+            .extend(says.iter().filter(|what| !self.err.contains(**what)).map(|what| format!("does not say {what}")));
         complaints
     }
 }

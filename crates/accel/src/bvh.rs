@@ -112,11 +112,8 @@ const LEAF: u32 = 1 << 31;
 const NOTHING: u32 = u32::MAX;
 
 impl Node {
-    const EMPTY: Self = Self {
-        lo: [[f32::INFINITY; WIDTH]; 3],
-        hi: [[f32::NEG_INFINITY; WIDTH]; 3],
-        child: [NOTHING; WIDTH],
-    };
+    const EMPTY: Self =
+        Self { lo: [[f32::INFINITY; WIDTH]; 3], hi: [[f32::NEG_INFINITY; WIDTH]; 3], child: [NOTHING; WIDTH] };
 }
 
 /// A hierarchy over one kind of geometry.
@@ -441,8 +438,8 @@ fn partition(refs: &mut [PrimRef], extent: &Extent, depth: usize) -> usize {
     let low = extent.centres.lo;
     let size = (extent.centres.hi - low).truncate();
     if depth < SAH_DEPTH && size.max_element() > 0.0 {
-        let scale = Vec3::select(size.cmpgt(Vec3::ZERO), Vec3::splat(BINS as f32 * 0.999_99) / size, Vec3::ZERO)
-            .extend(0.0);
+        let scale =
+            Vec3::select(size.cmpgt(Vec3::ZERO), Vec3::splat(BINS as f32 * 0.999_99) / size, Vec3::ZERO).extend(0.0);
         let bin = |r: &PrimRef| (r.centre2() - low) * scale;
         let mut bins = [[(Aabb::EMPTY, 0_u32); BINS]; 3];
         // A few thousand primitives judge a cut as well as millions do.
@@ -486,7 +483,13 @@ fn partition(refs: &mut [PrimRef], extent: &Extent, depth: usize) -> usize {
         }
     }
     // All centres coincide, or the tree is too deep: halve along the longest extent.
-    let axis = if size.x >= size.y && size.x >= size.z { 0 } else if size.y >= size.z { 1 } else { 2 };
+    let axis = if size.x >= size.y && size.x >= size.z {
+        0
+    } else if size.y >= size.z {
+        1
+    } else {
+        2
+    };
     let middle = refs.len() / 2;
     refs.select_nth_unstable_by(middle, |a, b| {
         a.centre2()[axis].total_cmp(&b.centre2()[axis]).then(a.id().cmp(&b.id()))

@@ -31,8 +31,8 @@
 //!
 //! Scattering models describe the fiber as a whole, so light that goes through continues on the far
 //! side. A ray that leaves a strand carries a [`Leaving`]: hits on that strand nearer than its
-//! `distance` are ignored. [`StrandHit::leave`] gives the distance: the chord through the local
-//! cylinder plus one diameter. Nothing depends on epsilons in world units.
+//! `distance` are ignored. [`StrandHit::leave`] gives the distance: 1.05 times the chord through the local
+//! cylinder plus one diameter, at most 200 radii. Nothing depends on epsilons in world units.
 //!
 //! # Determinism
 //!
@@ -40,6 +40,7 @@
 //! every machine; a test holds the levels against each other.
 
 mod bvh;
+mod curve;
 mod simd;
 mod strands;
 mod triangles;
@@ -140,8 +141,7 @@ impl StrandHit {
         let inwards = -self.normal.dot(across);
         // Chord of the infinite cylinder: 2 r (-n·d⊥)/|d⊥|². Along the fiber it grows without bound; a
         // real strand has curved away long before 200 radii.
-        let chord =
-            if inwards > 0.0 { 2.0 * self.radius * inwards / across.length_squared().max(1e-12) } else { 0.0 };
+        let chord = if inwards > 0.0 { 2.0 * self.radius * inwards / across.length_squared().max(1e-12) } else { 0.0 };
         Leaving { strand: self.strand, distance: (1.05 * chord + 2.0 * self.radius).min(200.0 * self.radius) }
     }
 }

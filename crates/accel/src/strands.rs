@@ -1,7 +1,9 @@
 //! Strands as chains of straight pieces: eight round cones or ribbons tested at once.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
-use math::{Vec3, curve};
+use math::Vec3;
+
+use crate::curve;
 
 use crate::bvh::{Bvh, Found, Geometry, PrimRef, RaySimd, WIDTH};
 use crate::triangles::{dot, load3, nearest};

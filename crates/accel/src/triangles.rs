@@ -125,11 +125,7 @@ pub(crate) fn nearest(mask: u64, t: &[f32; WIDTH]) -> Option<(f32, usize)> {
 /// Eight vectors.
 #[inline(always)]
 pub(crate) fn load3<S: Simd>(simd: S, v: &[[f32; WIDTH]; 3]) -> [f32x8<S>; 3] {
-    [
-        f32x8::load_array_ref(simd, &v[0]),
-        f32x8::load_array_ref(simd, &v[1]),
-        f32x8::load_array_ref(simd, &v[2]),
-    ]
+    [f32x8::load_array_ref(simd, &v[0]), f32x8::load_array_ref(simd, &v[1]), f32x8::load_array_ref(simd, &v[2])]
 }
 
 #[inline(always)]

@@ -92,7 +92,11 @@ fn round_strands_agree_with_the_envelope_of_spheres() {
         match (want, strand(accel.closest(&ray))) {
             (Some(want), Some(got)) => {
                 // At the rim t has a square-root singularity; a thousandth of a radius elsewhere.
-                if (f64::from(got.t) - want).abs() < 2e-5 { hits += 1 } else { rim += 1 }
+                if (f64::from(got.t) - want).abs() < 2e-5 {
+                    hits += 1
+                } else {
+                    rim += 1
+                }
                 assert!(accel.occluded(&ray));
             }
             (None, None) => {

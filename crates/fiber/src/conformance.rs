@@ -24,9 +24,10 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
-use math::{Real, Rgb, hash, normal, wrap_angle};
+use math::{Real, Rgb, hash, normal};
 
 use crate::quadrature::rule;
+use crate::wrap_angle;
 use crate::{DIMS, Dir, Hit, Lobes, Model, Sample, Scatter};
 
 /// Where a lobe of the model lies: what the quadratures need in order not to miss it.
@@ -506,9 +507,7 @@ pub fn reciprocity<D: Model<f64>, S>(case: &Case<D, S>) {
         let there = forth.eval(s).sum();
         let back = case.double.prepare(&Hit::new(s, -h)).eval(k).sum();
         compared += 1;
-        for (i, (there, back)) in
-            [(there, back), (there / s.cos_theta, back / k.cos_theta)].into_iter().enumerate()
-        {
+        for (i, (there, back)) in [(there, back), (there / s.cos_theta, back / k.cos_theta)].into_iter().enumerate() {
             let scale = there.max_channel().max(back.max_channel());
             if scale > 0.0 {
                 let difference = (there - back).map(f64::abs).max_channel() / scale;

@@ -1,4 +1,10 @@
-use math::{Real, wrap_angle};
+use math::Real;
+
+/// `x` wrapped into `[-π, π]`, by whole turns.
+#[inline]
+pub fn wrap_angle<F: Real>(x: F) -> F {
+    x - F::TAU() * (x / F::TAU()).round()
+}
 
 /// A unit direction in the fiber's frame, pointing away from the fiber.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,4 +96,28 @@ impl<F: Real> Hit<F> {
 #[inline]
 pub(crate) fn cos2_half_difference<F: Real>(sin_k: F, cos_k: F, sin_s: F, cos_s: F) -> F {
     (F::of(0.5) * (F::one() + cos_k * cos_s + sin_k * sin_s)).clamp_to(F::zero(), F::one())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wrapping_keeps_the_direction() {
+        for x in [-1e4_f64, -7.0, -3.2, 0.0, 3.2, 7.0, 1e4] {
+            let w = wrap_angle(x);
+            assert!(w.abs() <= std::f64::consts::PI + 1e-12);
+            assert!((w.sin() - x.sin()).abs() < 1e-9, "{x}");
+        }
+    }
+
+    #[test]
+    fn directions_round_trip_through_vectors() {
+        for (theta, phi) in [(0.3_f64, 2.0), (-1.2, -0.4), (1.570_796, 1.0)] {
+            let d = Dir::new(theta, phi);
+            let back = Dir::from_local(d.to_local());
+            assert!((back.theta() - theta).abs() < 1e-9, "{theta}: {}", back.theta());
+            assert!(back.cos_theta < 1e-6 || (back.phi - phi).abs() < 1e-9);
+        }
+    }
 }

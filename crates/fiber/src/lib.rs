@@ -45,7 +45,7 @@ pub mod conformance;
 mod dir;
 mod model;
 
-pub use dir::{Dir, Hit};
+pub use dir::{Dir, Hit, wrap_angle};
 pub use model::chiang::{Chiang, ChiangSetup};
 pub use model::deon::{Attenuation, Deon, DeonSetup, Field, Weights};
 pub use model::hery::{Hery, HeryMode, HerySetup};

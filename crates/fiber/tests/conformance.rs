@@ -41,11 +41,14 @@ fn kajiya_kay_case(exponent: f64, mode: KajiyaKayMode) -> Case<KajiyaKay<f64>, K
     }
 }
 
-conformance!(kajiya_kay_normalised, Case {
-    thetas: degrees([0.0, 30.0, -60.0, 80.0]),
-    symmetry: Symmetry::Scattering,
-    ..kajiya_kay_case(25.0, KajiyaKayMode::Normalised)
-});
+conformance!(
+    kajiya_kay_normalised,
+    Case {
+        thetas: degrees([0.0, 30.0, -60.0, 80.0]),
+        symmetry: Symmetry::Scattering,
+        ..kajiya_kay_case(25.0, KajiyaKayMode::Normalised)
+    }
+);
 
 // The legacy look conserves nothing, and its two parts have different symmetries.
 conformance!(
@@ -60,12 +63,15 @@ fn lambertian<F: Real>() -> Lambertian<F> {
     Lambertian { albedo: rgb([0.9, 0.5, 0.1]) }
 }
 
-conformance!(lambertian_fiber, Case {
-    thetas: degrees([0.0, -85.0]),
-    symmetry: Symmetry::Scattering,
-    energy_bound: 0.9,
-    ..Case::new("Lambertian", lambertian::<f64>(), lambertian::<f32>())
-});
+conformance!(
+    lambertian_fiber,
+    Case {
+        thetas: degrees([0.0, -85.0]),
+        symmetry: Symmetry::Scattering,
+        energy_bound: 0.9,
+        ..Case::new("Lambertian", lambertian::<f64>(), lambertian::<f32>())
+    }
+);
 
 // --- Hery and Ramamoorthi
 
@@ -87,25 +93,25 @@ fn hery_case(beta_deg: f64, alpha_deg: f64, mode: HeryMode) -> Case<Hery<f64>, H
     }
 }
 
-conformance!(hery_truncated, Case {
-    thetas: degrees([0.0, 60.0, -80.0, 85.0]),
-    ..hery_case(5.0, -2.0, HeryMode::Truncated)
-});
+conformance!(
+    hery_truncated,
+    Case { thetas: degrees([0.0, 60.0, -80.0, 85.0]), ..hery_case(5.0, -2.0, HeryMode::Truncated) }
+);
 
-conformance!(hery_truncated_wide, Case {
-    thetas: degrees([-30.0, 80.0]),
-    ..hery_case(20.0, 5.0, HeryMode::Truncated)
-});
+conformance!(hery_truncated_wide, Case { thetas: degrees([-30.0, 80.0]), ..hery_case(20.0, 5.0, HeryMode::Truncated) });
 
-conformance!(hery_with_its_exact_density, Case {
-    thetas: degrees([0.0, 60.0, -80.0, 85.0]),
-    // Where a branch of the fold begins: with c the centre, at ±2c and ±(π - 2|c|).
-    kinks: |theta_k| {
-        let c = 2.0 * (-2.0_f64).to_radians() - theta_k;
-        [2.0 * c, PI - 2.0 * c.abs()].into_iter().flat_map(|x| [x, -x]).collect()
-    },
-    ..hery_case(5.0, -2.0, HeryMode::FaithfulExactPdf)
-});
+conformance!(
+    hery_with_its_exact_density,
+    Case {
+        thetas: degrees([0.0, 60.0, -80.0, 85.0]),
+        // Where a branch of the fold begins: with c the centre, at ±2c and ±(π - 2|c|).
+        kinks: |theta_k| {
+            let c = 2.0 * (-2.0_f64).to_radians() - theta_k;
+            [2.0 * c, PI - 2.0 * c.abs()].into_iter().flat_map(|x| [x, -x]).collect()
+        },
+        ..hery_case(5.0, -2.0, HeryMode::FaithfulExactPdf)
+    }
+);
 
 // Folded samples carry the density of where they ended, not of how they came there: at grazing angles
 // the paper's sampler and its density are two different things.
@@ -116,14 +122,17 @@ conformance!(
 );
 
 // Away from the poles nothing folds, so the faithful sampler passes everything there.
-conformance!(hery_with_marschners_cosines, Case {
-    thetas: degrees([0.0, 30.0, -30.0]),
-    symmetry: Symmetry::Scattering,
-    energy_bound: 1.02,
-    double: Hery { cos_theta_d: true, ..hery(5.0, -2.0, HeryMode::Faithful) },
-    single: Hery { cos_theta_d: true, ..hery(5.0, -2.0, HeryMode::Faithful) },
-    ..hery_case(5.0, -2.0, HeryMode::Faithful)
-});
+conformance!(
+    hery_with_marschners_cosines,
+    Case {
+        thetas: degrees([0.0, 30.0, -30.0]),
+        symmetry: Symmetry::Scattering,
+        energy_bound: 1.02,
+        double: Hery { cos_theta_d: true, ..hery(5.0, -2.0, HeryMode::Faithful) },
+        single: Hery { cos_theta_d: true, ..hery(5.0, -2.0, HeryMode::Faithful) },
+        ..hery_case(5.0, -2.0, HeryMode::Faithful)
+    }
+);
 
 // --- Chiang et al.
 
@@ -147,24 +156,29 @@ fn chiang_case(beta_m: f64, beta_n: f64, alpha_deg: f64, sigma_a: [f64; 3]) -> C
     Case { lobes, ..Case::new("Chiang", double, chiang(beta_m, beta_n, alpha_deg, sigma_a)) }
 }
 
-conformance!(chiang_white, Case {
-    thetas: degrees([0.0, 60.0]),
-    offsets: vec![-0.95, -0.3, 0.0, 0.8],
-    histogram_draws: 500_000,
-    ..chiang_case(0.3, 0.3, -2.0, NONE)
-});
+conformance!(
+    chiang_white,
+    Case {
+        thetas: degrees([0.0, 60.0]),
+        offsets: vec![-0.95, -0.3, 0.0, 0.8],
+        histogram_draws: 500_000,
+        ..chiang_case(0.3, 0.3, -2.0, NONE)
+    }
+);
 
-conformance!(chiang_brown, Case {
-    thetas: degrees([-30.0, 80.0, -85.0]),
-    offsets: vec![-0.95, 0.8],
-    ..chiang_case(0.2, 0.4, 5.0, [0.545, 0.906, 1.781])
-});
+conformance!(
+    chiang_brown,
+    Case {
+        thetas: degrees([-30.0, 80.0, -85.0]),
+        offsets: vec![-0.95, 0.8],
+        ..chiang_case(0.2, 0.4, 5.0, [0.545, 0.906, 1.781])
+    }
+);
 
-conformance!(chiang_narrow, Case {
-    thetas: degrees([30.0]),
-    offsets: vec![-0.3],
-    ..chiang_case(0.1, 0.1, 0.0, COLOURED)
-});
+conformance!(
+    chiang_narrow,
+    Case { thetas: degrees([30.0]), offsets: vec![-0.3], ..chiang_case(0.1, 0.1, 0.0, COLOURED) }
+);
 
 // What a form has to do that exists in single precision only.
 conformance!(
@@ -247,11 +261,14 @@ fn deon_case(
     }
 }
 
-conformance!(deon_near, Case {
-    thetas: degrees([0.0, 60.0, -80.0]),
-    offsets: vec![-0.95, 0.3],
-    ..deon_case(10.0, -3.0, COLOURED, Field::Near, Weights::Marginal)
-});
+conformance!(
+    deon_near,
+    Case {
+        thetas: degrees([0.0, 60.0, -80.0]),
+        offsets: vec![-0.95, 0.3],
+        ..deon_case(10.0, -3.0, COLOURED, Field::Near, Weights::Marginal)
+    }
+);
 
 // Without absorption the model gains up to a few percent, because every lobe sees another attenuation
 // angle: 1.0007 here, 1.10 at 80 degrees with a tilt of -3 degrees (computed apart from this crate).
@@ -267,10 +284,10 @@ conformance!(
     except: [reciprocity],
 );
 
-conformance!(deon_near_joint, Case {
-    thetas: degrees([0.0, 60.0]),
-    ..deon_case(20.0, -3.0, COLOURED, Field::Near, Weights::Joint)
-});
+conformance!(
+    deon_near_joint,
+    Case { thetas: degrees([0.0, 60.0]), ..deon_case(20.0, -3.0, COLOURED, Field::Near, Weights::Joint) }
+);
 
 conformance!(
     deon_near_clamped,
@@ -279,26 +296,26 @@ conformance!(
 );
 
 // The attenuation at the known angle conserves exactly, whatever the tilt.
-conformance!(deon_near_known_angle, Case {
-    thetas: degrees([60.0, -80.0]),
-    double: Deon {
-        attenuation: Attenuation::Known,
-        ..deon(10.0, 5.0, NONE, Field::Near, Weights::Marginal)
-    },
-    single: Deon {
-        attenuation: Attenuation::Known,
-        ..deon(10.0, 5.0, NONE, Field::Near, Weights::Marginal)
-    },
-    ..deon_case(10.0, 5.0, NONE, Field::Near, Weights::Marginal)
-});
+conformance!(
+    deon_near_known_angle,
+    Case {
+        thetas: degrees([60.0, -80.0]),
+        double: Deon { attenuation: Attenuation::Known, ..deon(10.0, 5.0, NONE, Field::Near, Weights::Marginal) },
+        single: Deon { attenuation: Attenuation::Known, ..deon(10.0, 5.0, NONE, Field::Near, Weights::Marginal) },
+        ..deon_case(10.0, 5.0, NONE, Field::Near, Weights::Marginal)
+    }
+);
 
-conformance!(deon_far, Case {
-    thetas: degrees([-30.0]),
-    histogram_draws: 100_000,
-    energy_draws: 30_000,
-    draws: 2_000,
-    ..deon_case(20.0, -3.0, COLOURED, Field::Far, Weights::Marginal)
-});
+conformance!(
+    deon_far,
+    Case {
+        thetas: degrees([-30.0]),
+        histogram_draws: 100_000,
+        energy_draws: 30_000,
+        draws: 2_000,
+        ..deon_case(20.0, -3.0, COLOURED, Field::Far, Weights::Marginal)
+    }
+);
 
 // Joint weights need no quadrature, so the histogram can afford a million draws.
 conformance!(
@@ -650,7 +667,8 @@ fn mutant_mirrored_known_direction_is_seen_by_reciprocity() {
 
 #[test]
 fn mutant_claims_of_symmetry_are_tested() {
-    let lambertian = Case { symmetry: Symmetry::Neither, ..Case::new("Lambertian", lambertian::<f64>(), lambertian::<f32>()) };
+    let lambertian =
+        Case { symmetry: Symmetry::Neither, ..Case::new("Lambertian", lambertian::<f64>(), lambertian::<f32>()) };
     must_complain("should not be symmetric", || conformance::reciprocity(&lambertian));
     for symmetry in [Symmetry::Scattering, Symmetry::Fcos] {
         let chiang = Case { symmetry, ..chiang_case(0.3, 0.3, -2.0, COLOURED) };

@@ -8,11 +8,12 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use fiber::lobe::attenuation::Optics;
 use fiber::lobe::longitudinal::{self, Cone};
 use fiber::quadrature::rule;
+use fiber::wrap_angle;
 use fiber::{
-    Attenuation, Chiang, DIMS, Deon, Dir, Field, Hery, HeryMode, Hit, KajiyaKay, KajiyaKayMode, Lambertian, Model,
-    R, RESIDUAL, Scatter, Weights,
+    Attenuation, Chiang, DIMS, Deon, Dir, Field, Hery, HeryMode, Hit, KajiyaKay, KajiyaKayMode, Lambertian, Model, R,
+    RESIDUAL, Scatter, Weights,
 };
-use math::{Rgb, hash, wrap_angle};
+use math::{Rgb, hash};
 use serde_json::Value;
 
 // --- Reading
@@ -434,7 +435,8 @@ fn chiang_returns_the_sum_of_its_attenuations() {
 fn lambertian_returns_its_albedo() {
     let mut compared = 0;
     for theta_deg in [-85.0_f64, 0.0, 40.0] {
-        let setup = Lambertian { albedo: Rgb([0.9, 0.5, 0.1]) }.prepare(&Hit::new(Dir::new(theta_deg.to_radians(), 0.0), 0.0));
+        let setup =
+            Lambertian { albedo: Rgb([0.9, 0.5, 0.1]) }.prepare(&Hit::new(Dir::new(theta_deg.to_radians(), 0.0), 0.0));
         let energy = over_the_sphere(&[0.0], 720, |s| setup.eval(s).sum().0);
         for (energy, albedo) in energy.into_iter().zip([0.9, 0.5, 0.1]) {
             assert!((energy - albedo).abs() < 1e-6, "{energy} and {albedo}");

@@ -54,9 +54,7 @@ pub enum WriteError {
     },
 
     /// A metadata name that the file format has no room for.
-    #[error(
-        "cannot write {path:?}: the metadata name {name:?} must be 1 to 200 printable ASCII characters and unique"
-    )]
+    #[error("cannot write {path:?}: the metadata name {name:?} must be 1 to 200 printable ASCII characters and unique")]
     MetadataName {
         /// The file to be written.
         path: PathBuf,
@@ -68,10 +66,7 @@ pub enum WriteError {
 /// Writes `path` through a temporary file beside it: filled, flushed to the disk, then renamed.
 ///
 /// Whoever opens `path` meanwhile sees the old file or the new one, never half of one.
-pub(crate) fn write(
-    path: &Path,
-    fill: impl FnOnce(&mut File) -> Result<(), String>,
-) -> Result<(), WriteError> {
+pub(crate) fn write(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), String>) -> Result<(), WriteError> {
     let owned = || path.to_path_buf();
     if path.is_dir() {
         return Err(WriteError::Folder { path: owned() });
@@ -88,26 +83,10 @@ pub(crate) fn write(
         // Temporary files are private by default, but this one becomes the user's picture: the umask decides.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder
-        .tempfile_in(folder)
-        .map_err(|cause| WriteError::Create {
-            path: owned(),
-            cause,
-        })?;
-    fill(file.as_file_mut()).map_err(|what| WriteError::Encode {
-        path: owned(),
-        what,
-    })?;
-    file.as_file()
-        .sync_all()
-        .map_err(|cause| WriteError::Finish {
-            path: owned(),
-            cause,
-        })?;
-    file.persist(path).map_err(|failed| WriteError::Finish {
-        path: owned(),
-        cause: failed.error,
-    })?;
+    let mut file = builder.tempfile_in(folder).map_err(|cause| WriteError::Create { path: owned(), cause })?;
+    fill(file.as_file_mut()).map_err(|what| WriteError::Encode { path: owned(), what })?;
+    file.as_file().sync_all().map_err(|cause| WriteError::Finish { path: owned(), cause })?;
+    file.persist(path).map_err(|failed| WriteError::Finish { path: owned(), cause: failed.error })?;
     Ok(())
 }
 
@@ -123,8 +102,7 @@ mod tests {
         let path = folder.path().join("kept.bin");
         std::fs::write(&path, b"old").unwrap();
         let result = write(&path, |file| {
-            file.write_all(b"half of the ne")
-                .map_err(|error| error.to_string())?;
+            file.write_all(b"half of the ne").map_err(|error| error.to_string())?;
             Err("no space left".to_owned())
         });
         assert!(result.unwrap_err().to_string().contains("no space left"));
@@ -147,10 +125,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("taken");
         std::fs::create_dir(&path).unwrap();
-        assert!(matches!(
-            write(&path, |_| Ok(())),
-            Err(WriteError::Folder { .. })
-        ));
+        assert!(matches!(write(&path, |_| Ok(())), Err(WriteError::Folder { .. })));
         assert!(path.is_dir());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }

@@ -91,11 +91,7 @@ impl Comparison {
     /// # Errors
     ///
     /// As for [`of`](Self::of).
-    pub fn at_exposure(
-        test: &Image,
-        reference: &Image,
-        exposure_ev: f32,
-    ) -> Result<Self, CompareError> {
+    pub fn at_exposure(test: &Image, reference: &Image, exposure_ev: f32) -> Result<Self, CompareError> {
         let mut comparison = Self::numbers(test, reference)?;
         (comparison.flip, comparison.flip_map) = flip(test, reference, exposure_ev);
         Ok(comparison)
@@ -122,14 +118,7 @@ impl Comparison {
         }
         let mse = squared / (3.0 * count);
         let relmse = relative.iter().sum::<f64>() / count;
-        let mean = |image: &Image| {
-            image
-                .pixels
-                .iter()
-                .map(|colour| colour.cast::<f64>())
-                .sum::<Rgb<f64>>()
-                / count
-        };
+        let mean = |image: &Image| image.pixels.iter().map(|colour| colour.cast::<f64>()).sum::<Rgb<f64>>() / count;
         let (mean_test, mean_reference) = (mean(test), mean(reference));
         Ok(Self {
             mse,
@@ -137,13 +126,12 @@ impl Comparison {
             relmse_trimmed: trimmed_mean(relative),
             mean_test,
             mean_reference,
-            mean_ratio: mean_test.zip(mean_reference, |test, reference| {
-                if test == reference {
-                    1.0
-                } else {
-                    test / reference
-                }
-            }),
+            mean_ratio: mean_test.zip(
+                mean_reference,
+                |test, reference| {
+                    if test == reference { 1.0 } else { test / reference }
+                },
+            ),
             max_abs,
             psnr: -10.0 * mse.log10(),
             flip: None,
@@ -157,19 +145,13 @@ impl Comparison {
 /// # Errors
 ///
 /// The sizes differ, or a value is not finite.
-pub fn difference_image(
-    test: &Image,
-    reference: &Image,
-    scale: f32,
-) -> Result<Image, CompareError> {
+pub fn difference_image(test: &Image, reference: &Image, scale: f32) -> Result<Image, CompareError> {
     check(test, reference)?;
     let pairs = test.pixels.iter().zip(&reference.pixels);
     Ok(Image {
         width: test.width,
         height: test.height,
-        pixels: pairs
-            .map(|(&test, &reference)| (test - reference).map(|error| error.abs() * scale))
-            .collect(),
+        pixels: pairs.map(|(&test, &reference)| (test - reference).map(|error| error.abs() * scale)).collect(),
         alpha: None,
     })
 }
@@ -177,22 +159,13 @@ pub fn difference_image(
 fn check(test: &Image, reference: &Image) -> Result<(), CompareError> {
     let size = |image: &Image| (image.width, image.height);
     if size(test) != size(reference) {
-        return Err(CompareError::Size {
-            test: size(test),
-            reference: size(reference),
-        });
+        return Err(CompareError::Size { test: size(test), reference: size(reference) });
     }
     for (which, image) in [("test", test), ("reference", reference)] {
-        image
-            .check()
-            .map_err(|cause| CompareError::Image { which, cause })?;
+        image.check().map_err(|cause| CompareError::Image { which, cause })?;
         if let Some(index) = image.pixels.iter().position(|colour| !colour.is_finite()) {
             let width = image.width as usize;
-            return Err(CompareError::NotFinite {
-                which,
-                x: (index % width) as u32,
-                y: (index / width) as u32,
-            });
+            return Err(CompareError::NotFinite { which, x: (index % width) as u32, y: (index / width) as u32 });
         }
     }
     Ok(())
@@ -217,18 +190,11 @@ fn flip(test: &Image, reference: &Image, exposure_ev: f32) -> (Option<f32>, Opti
     use crate::view::{View, decode_srgb};
 
     let seen = |image: &Image| {
-        let shown = image
-            .pixels
-            .iter()
-            .flat_map(|&colour| View::Srgb.to_display(colour, exposure_ev));
+        let shown = image.pixels.iter().flat_map(|&colour| View::Srgb.to_display(colour, exposure_ev));
         let bytes: Vec<u8> = shown.map(|value| (value * 255.0 + 0.5) as u8).collect();
         nv_flip::FlipImageRgb8::with_data(image.width, image.height, &bytes)
     };
-    let errors = nv_flip::flip(
-        seen(reference),
-        seen(test),
-        nv_flip::DEFAULT_PIXELS_PER_DEGREE,
-    );
+    let errors = nv_flip::flip(seen(reference), seen(test), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
     let values = errors.to_vec();
     let mean = values.iter().map(|&error| f64::from(error)).sum::<f64>() / values.len() as f64;
     let coloured = errors.apply_color_lut(&nv_flip::magma_lut()).to_vec();
@@ -236,10 +202,7 @@ fn flip(test: &Image, reference: &Image, exposure_ev: f32) -> (Option<f32>, Opti
     let map = Image {
         width: test.width,
         height: test.height,
-        pixels: coloured
-            .chunks_exact(3)
-            .map(|rgb| Rgb([light(rgb[0]), light(rgb[1]), light(rgb[2])]))
-            .collect(),
+        pixels: coloured.chunks_exact(3).map(|rgb| Rgb([light(rgb[0]), light(rgb[1]), light(rgb[2])])).collect(),
         alpha: None,
     };
     (Some(mean as f32), Some(map))
@@ -257,8 +220,7 @@ mod tests {
     use super::*;
 
     fn noise(width: u32, height: u32) -> Image {
-        let pixels = (0..width * height)
-            .map(|i| Rgb::new(hash::unit(i, 1), hash::unit(i, 2), hash::unit(i, 3)));
+        let pixels = (0..width * height).map(|i| Rgb::new(hash::unit(i, 1), hash::unit(i, 2), hash::unit(i, 3)));
         Image::new(width, height, pixels.collect(), None).unwrap()
     }
 
@@ -270,18 +232,12 @@ mod tests {
     fn an_image_equals_itself() {
         let image = noise(24, 16);
         let same = Comparison::of(&image, &image).unwrap();
-        assert_eq!(
-            (same.mse, same.relmse, same.relmse_trimmed, same.max_abs),
-            (0.0, 0.0, 0.0, 0.0)
-        );
+        assert_eq!((same.mse, same.relmse, same.relmse_trimmed, same.max_abs), (0.0, 0.0, 0.0, 0.0));
         assert_eq!(same.psnr, f64::INFINITY);
         assert_eq!(same.mean_ratio, Rgb::splat(1.0));
         assert_eq!(same.flip.is_some(), cfg!(feature = "flip"));
         assert_eq!(same.flip.unwrap_or(0.0), 0.0);
-        assert_eq!(
-            difference_image(&image, &image, 10.0).unwrap(),
-            plain(24, 16, Rgb::black())
-        );
+        assert_eq!(difference_image(&image, &image, 10.0).unwrap(), plain(24, 16, Rgb::black()));
     }
 
     #[test]
@@ -294,15 +250,8 @@ mod tests {
         assert!((found.relmse - 0.0625 / (0.25 + 1e-4) / 3.0).abs() < 1e-14);
         assert_eq!(found.max_abs, 0.25);
         assert!((found.psnr - 10.0 * (48.0_f64).log10()).abs() < 1e-9);
-        assert_eq!(
-            found.mean_ratio,
-            Rgb::new(1.5, 1.0, 1.0),
-            "nothing over nothing is 1"
-        );
-        assert_eq!(
-            difference_image(&test, &reference, 4.0).unwrap().at(3, 3),
-            Rgb::new(1.0, 0.0, 0.0)
-        );
+        assert_eq!(found.mean_ratio, Rgb::new(1.5, 1.0, 1.0), "nothing over nothing is 1");
+        assert_eq!(difference_image(&test, &reference, 4.0).unwrap().at(3, 3), Rgb::new(1.0, 0.0, 0.0));
     }
 
     #[test]
@@ -315,35 +264,19 @@ mod tests {
         assert!(found.relmse > 1000.0);
         assert_eq!(found.relmse_trimmed, 0.0, "two of two thousand");
         test.pixels[3] = Rgb::splat(0.75);
-        assert!(
-            Comparison::numbers(&test, &reference)
-                .unwrap()
-                .relmse_trimmed
-                > 0.0,
-            "the third counts"
-        );
+        assert!(Comparison::numbers(&test, &reference).unwrap().relmse_trimmed > 0.0, "the third counts");
     }
 
     #[test]
     fn sizes_and_values_are_checked() {
         let (a, b) = (noise(4, 3), noise(3, 4));
         let error = Comparison::of(&a, &b).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "the test image has 4x3 pixels and the reference 3x4"
-        );
+        assert_eq!(error.to_string(), "the test image has 4x3 pixels and the reference 3x4");
         assert!(difference_image(&a, &b, 1.0).is_err());
         let mut broken = a.clone();
         broken.pixels[6] = Rgb::new(0.0, f32::NAN, 0.0);
         let error = Comparison::of(&a, &broken).unwrap_err();
-        assert_eq!(
-            error,
-            CompareError::NotFinite {
-                which: "reference",
-                x: 2,
-                y: 1
-            }
-        );
+        assert_eq!(error, CompareError::NotFinite { which: "reference", x: 2, y: 1 });
     }
 
     #[cfg(feature = "flip")]
@@ -354,17 +287,11 @@ mod tests {
         let slight = flip(&plain(32, 24, Rgb::splat(0.2)), 0.0).flip.unwrap();
         let strong = flip(&plain(32, 24, Rgb::new(0.9, 0.1, 0.1)), 0.0);
         let strong_mean = strong.flip.unwrap();
-        assert!(
-            0.0 < slight && slight < strong_mean && strong_mean <= 1.0,
-            "{slight} {strong_mean}"
-        );
+        assert!(0.0 < slight && slight < strong_mean && strong_mean <= 1.0, "{slight} {strong_mean}");
         // Both clip to white eight stops up, and nobody sees a difference.
         assert_eq!(flip(&plain(32, 24, Rgb::splat(0.2)), 8.0).flip, Some(0.0));
         let map = strong.flip_map.unwrap();
         assert_eq!((map.width, map.height, map.pixels.len()), (32, 24, 32 * 24));
-        assert!(
-            map.at(16, 12).luminance() > 0.01,
-            "a strong error is bright in the map"
-        );
+        assert!(map.at(16, 12).luminance() > 0.01, "a strong error is bright in the map");
     }
 }

@@ -62,34 +62,19 @@ impl Metadata {
 /// # Errors
 ///
 /// The file cannot be written, or a name in the metadata is not allowed.
-pub fn write_exr(
-    path: impl AsRef<Path>,
-    film: &Film,
-    metadata: &Metadata,
-) -> Result<(), WriteError> {
+pub fn write_exr(path: impl AsRef<Path>, film: &Film, metadata: &Metadata) -> Result<(), WriteError> {
     let path = path.as_ref();
     let mut attributes = LayerAttributes::default();
     for (name, value) in &metadata.0 {
-        let allowed = (1..=200).contains(&name.len())
-            && name
-                .bytes()
-                .all(|byte| byte.is_ascii_graphic() || byte == b' ');
+        let allowed =
+            (1..=200).contains(&name.len()) && name.bytes().all(|byte| byte.is_ascii_graphic() || byte == b' ');
         let key = Text::from_slice_unchecked(format!("{NAMESPACE}{name}").as_bytes());
         let value = AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
         if !allowed || attributes.other.insert(key, value).is_some() {
-            return Err(WriteError::MetadataName {
-                path: path.to_path_buf(),
-                name: name.clone(),
-            });
+            return Err(WriteError::MetadataName { path: path.to_path_buf(), name: name.clone() });
         }
     }
-    write(
-        path,
-        film.width(),
-        film.height(),
-        attributes,
-        film_channels(film),
-    )
+    write(path, film.width(), film.height(), attributes, film_channels(film))
 }
 
 /// Writes the colours and, if there is one, the alpha of an image; the file is complete or not there.
@@ -99,30 +84,15 @@ pub fn write_exr(
 /// The file cannot be written, or the lists of the image do not fill it.
 pub fn write_image_exr(path: impl AsRef<Path>, image: &Image) -> Result<(), WriteError> {
     let path = path.as_ref();
-    image.check().map_err(|cause| WriteError::Size {
-        path: path.to_path_buf(),
-        cause,
-    })?;
+    image.check().map_err(|cause| WriteError::Size { path: path.to_path_buf(), cause })?;
     let mut channels = Vec::new();
     for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
-        channels.push((
-            name.to_owned(),
-            Values::F32(Box::new(move |index| image.pixels[index][channel])),
-        ));
+        channels.push((name.to_owned(), Values::F32(Box::new(move |index| image.pixels[index][channel]))));
     }
     if let Some(alpha) = &image.alpha {
-        channels.push((
-            "A".to_owned(),
-            Values::F32(Box::new(move |index| alpha[index])),
-        ));
+        channels.push(("A".to_owned(), Values::F32(Box::new(move |index| alpha[index]))));
     }
-    write(
-        path,
-        image.width,
-        image.height,
-        LayerAttributes::default(),
-        channels,
-    )
+    write(path, image.width, image.height, LayerAttributes::default(), channels)
 }
 
 /// What a channel holds, by the index of the pixel.
@@ -170,25 +140,11 @@ impl SamplesWriter for &Plane<'_> {
 }
 
 fn film_channels(film: &Film) -> Vec<(String, Values<'_>)> {
-    fn real<'a>(
-        name: &str,
-        pixels: &'a [Pixel],
-        get: impl Fn(&Pixel) -> f32 + Sync + 'a,
-    ) -> (String, Values<'a>) {
-        (
-            name.to_owned(),
-            Values::F32(Box::new(move |index| get(&pixels[index]))),
-        )
+    fn real<'a>(name: &str, pixels: &'a [Pixel], get: impl Fn(&Pixel) -> f32 + Sync + 'a) -> (String, Values<'a>) {
+        (name.to_owned(), Values::F32(Box::new(move |index| get(&pixels[index]))))
     }
-    fn whole<'a>(
-        name: &str,
-        pixels: &'a [Pixel],
-        get: impl Fn(&Pixel) -> u32 + Sync + 'a,
-    ) -> (String, Values<'a>) {
-        (
-            name.to_owned(),
-            Values::U32(Box::new(move |index| get(&pixels[index]))),
-        )
+    fn whole<'a>(name: &str, pixels: &'a [Pixel], get: impl Fn(&Pixel) -> u32 + Sync + 'a) -> (String, Values<'a>) {
+        (name.to_owned(), Values::U32(Box::new(move |index| get(&pixels[index]))))
     }
     fn colour<'a>(
         prefix: &str,
@@ -217,9 +173,7 @@ fn film_channels(film: &Film) -> Vec<(String, Values<'_>)> {
     channels.push(real("Z", pixels, Pixel::depth));
     channels.push(whole("strand_id.ID", pixels, Pixel::strand));
     channels.push(whole("samples.N", pixels, Pixel::samples));
-    channels.push(real("variance.V", pixels, |pixel| {
-        pixel.variance().unwrap_or(0.0) as f32
-    }));
+    channels.push(real("variance.V", pixels, |pixel| pixel.variance().unwrap_or(0.0) as f32));
     channels
 }
 
@@ -233,22 +187,9 @@ fn write(
     let size = Vec2(width as usize, height as usize);
     let list = channels
         .into_iter()
-        .map(|(name, values)| {
-            AnyChannel::new(
-                name.as_str(),
-                Plane {
-                    width: size.0,
-                    values,
-                },
-            )
-        })
+        .map(|(name, values)| AnyChannel::new(name.as_str(), Plane { width: size.0, values }))
         .collect();
-    let layer = Layer::new(
-        size,
-        attributes,
-        Encoding::SMALL_LOSSLESS,
-        AnyChannels::sort(list),
-    );
+    let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(list));
     let mut image = exr::image::Image::from_layer(layer);
     image.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.64, 0.33),
@@ -257,10 +198,7 @@ fn write(
         white: Vec2(0.3127, 0.3290),
     });
     atomic::write(path, |file: &mut File| {
-        image
-            .write()
-            .to_buffered(BufWriter::new(file))
-            .map_err(|error| error.to_string())
+        image.write().to_buffered(BufWriter::new(file)).map_err(|error| error.to_string())
     })
 }
 
@@ -287,23 +225,11 @@ mod tests {
                     direct: colour(10),
                     indirect: colour(20),
                     lobes: [colour(30), colour(40), colour(50), colour(60)],
-                    depth: if hair {
-                        1.0 + random(70)
-                    } else {
-                        f32::INFINITY
-                    },
-                    tangent: if hair {
-                        Vec3::new(random(80), random(81), random(82))
-                    } else {
-                        Vec3::ZERO
-                    },
+                    depth: if hair { 1.0 + random(70) } else { f32::INFINITY },
+                    tangent: if hair { Vec3::new(random(80), random(81), random(82)) } else { Vec3::ZERO },
                     albedo: colour(90),
                     // Above 2²⁴, where a float would lose the last digits.
-                    strand: if hair {
-                        3_000_000_001 + index as u32
-                    } else {
-                        crate::NO_STRAND
-                    },
+                    strand: if hair { 3_000_000_001 + index as u32 } else { crate::NO_STRAND },
                 });
             }
         }
@@ -315,20 +241,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("film.exr");
         let film = film();
-        let metadata = Metadata::default()
-            .with("seed", 7)
-            .with("command line", "cuticle render löwe.toml");
+        let metadata = Metadata::default().with("seed", 7).with("command line", "cuticle render löwe.toml");
         write_exr(&path, &film, &metadata).unwrap();
 
         let back = read_first_flat_layer_from_file(&path).unwrap();
         let layer = &back.layer_data;
         assert_eq!(layer.size, Vec2(6, 37));
-        let names: Vec<String> = layer
-            .channel_data
-            .list
-            .iter()
-            .map(|channel| channel.name.to_string())
-            .collect();
+        let names: Vec<String> = layer.channel_data.list.iter().map(|channel| channel.name.to_string()).collect();
         assert_eq!(
             names.join(" "),
             "A B G R Z albedo.B albedo.G albedo.R direct.B direct.G direct.R indirect.B indirect.G indirect.R \
@@ -337,27 +256,11 @@ mod tests {
              variance.V"
         );
 
-        let stored = |name: &str| {
-            &layer
-                .channel_data
-                .list
-                .iter()
-                .find(|c| c.name.eq(name))
-                .unwrap()
-                .sample_data
-        };
+        let stored = |name: &str| &layer.channel_data.list.iter().find(|c| c.name.eq(name)).unwrap().sample_data;
         let real = |name: &str, want: &dyn Fn(&Pixel) -> f32| match stored(name) {
             FlatSamples::F32(got) => {
-                let want: Vec<u32> = film
-                    .pixels()
-                    .iter()
-                    .map(|pixel| want(pixel).to_bits())
-                    .collect();
-                assert_eq!(
-                    got.iter().map(|value| value.to_bits()).collect::<Vec<_>>(),
-                    want,
-                    "{name}"
-                );
+                let want: Vec<u32> = film.pixels().iter().map(|pixel| want(pixel).to_bits()).collect();
+                assert_eq!(got.iter().map(|value| value.to_bits()).collect::<Vec<_>>(), want, "{name}");
             }
             other => panic!("{name} is {other:?}"),
         };
@@ -373,9 +276,7 @@ mod tests {
         real("albedo.B", &|pixel: &Pixel| pixel.albedo()[2]);
         real("tangent.Y", &|pixel: &Pixel| pixel.tangent().y);
         real("Z", &Pixel::depth);
-        real("variance.V", &|pixel: &Pixel| {
-            pixel.variance().unwrap() as f32
-        });
+        real("variance.V", &|pixel: &Pixel| pixel.variance().unwrap() as f32);
         let strands = film.pixels().iter().map(Pixel::strand).collect();
         assert_eq!(stored("strand_id.ID"), &FlatSamples::U32(strands));
         assert_eq!(stored("samples.N"), &FlatSamples::U32(vec![3; 6 * 37]));
@@ -399,12 +300,7 @@ mod tests {
         let film = Film::new(1, 1).unwrap();
         let repeated = Metadata::default().with("seed", 1).with("seed", 2);
         let long = Metadata::default().with("x".repeat(201), "");
-        for metadata in [
-            Metadata::default().with("", 1),
-            Metadata::default().with("a\0b", 1),
-            repeated,
-            long,
-        ] {
+        for metadata in [Metadata::default().with("", 1), Metadata::default().with("a\0b", 1), repeated, long] {
             let error = write_exr(&path, &film, &metadata).unwrap_err();
             assert!(matches!(error, WriteError::MetadataName { .. }), "{error}");
         }
@@ -418,22 +314,14 @@ mod tests {
         let missing = folder.path().join("absent/film.exr");
         let error = write_exr(&missing, &film, &Metadata::default()).unwrap_err();
         assert!(error.to_string().contains("absent"), "{error}");
-        assert!(matches!(
-            write_image_exr(folder.path(), &film.image()),
-            Err(WriteError::Folder { .. })
-        ));
+        assert!(matches!(write_image_exr(folder.path(), &film.image()), Err(WriteError::Folder { .. })));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
     #[test]
     fn an_image_whose_lists_do_not_fill_it_is_not_written() {
         let folder = tempfile::tempdir().unwrap();
-        let image = Image {
-            width: 2,
-            height: 2,
-            pixels: vec![Rgb::black(); 3],
-            alpha: None,
-        };
+        let image = Image { width: 2, height: 2, pixels: vec![Rgb::black(); 3], alpha: None };
         let error = write_image_exr(folder.path().join("short.exr"), &image).unwrap_err();
         assert!(matches!(error, WriteError::Size { .. }), "{error}");
     }

@@ -253,11 +253,7 @@ impl Pixel {
 
     /// Mean distance in scene units over the samples that hit something; infinite if none did.
     pub fn depth(&self) -> f32 {
-        if self.hits == 0 {
-            f32::INFINITY
-        } else {
-            self.depth / self.hits as f32
-        }
+        if self.hits == 0 { f32::INFINITY } else { self.depth / self.hits as f32 }
     }
 
     /// Mean strand tangent over the samples that hit hair, unit length; zero if none did or if they
@@ -299,17 +295,11 @@ impl Pixel {
     /// Standard error of the luminance over the luminance; infinite while it cannot be estimated.
     fn relative_error(&self) -> f64 {
         let mean = self.beauty.luminance() * self.inverse_count();
-        self.variance().map_or(f64::INFINITY, |variance| {
-            variance.sqrt() / (mean.max(0.0) + NOISE_FLOOR)
-        })
+        self.variance().map_or(f64::INFINITY, |variance| variance.sqrt() / (mean.max(0.0) + NOISE_FLOOR))
     }
 
     fn inverse_count(&self) -> f64 {
-        if self.samples == 0 {
-            0.0
-        } else {
-            1.0 / f64::from(self.samples)
-        }
+        if self.samples == 0 { 0.0 } else { 1.0 / f64::from(self.samples) }
     }
 
     fn mean(&self, sum: f32) -> f32 {
@@ -339,23 +329,12 @@ impl Film {
     /// Sides outside `1..=`[`MAX_SIDE`], more than [`MAX_PIXELS`] pixels, or no memory for them.
     pub fn new(width: u32, height: u32) -> Result<Self, SizeError> {
         check_size(width.into(), height.into())?;
-        let out_of_memory = || SizeError::Memory {
-            width,
-            height,
-            bytes: Self::bytes_for(width, height),
-        };
-        let count =
-            usize::try_from(u64::from(width) * u64::from(height)).map_err(|_| out_of_memory())?;
+        let out_of_memory = || SizeError::Memory { width, height, bytes: Self::bytes_for(width, height) };
+        let count = usize::try_from(u64::from(width) * u64::from(height)).map_err(|_| out_of_memory())?;
         let mut pixels = Vec::new();
-        pixels
-            .try_reserve_exact(count)
-            .map_err(|_| out_of_memory())?;
+        pixels.try_reserve_exact(count).map_err(|_| out_of_memory())?;
         pixels.resize(count, Pixel::default());
-        Ok(Self {
-            width,
-            height,
-            pixels,
-        })
+        Ok(Self { width, height, pixels })
     }
 
     /// Bytes that the pixels of a film of this size take.
@@ -422,9 +401,7 @@ impl Film {
     /// 0 without such pixels, infinite while one of them has fewer than two samples.
     pub fn noise(&self) -> f64 {
         let covered = self.pixels.iter().filter(|pixel| pixel.alpha > 0.0);
-        let (sum, count) = covered.fold((0.0, 0_u64), |(sum, count), pixel| {
-            (sum + pixel.relative_error(), count + 1)
-        });
+        let (sum, count) = covered.fold((0.0, 0_u64), |(sum, count), pixel| (sum + pixel.relative_error(), count + 1));
         if count == 0 { 0.0 } else { sum / count as f64 }
     }
 
@@ -436,10 +413,7 @@ impl Film {
 
     /// Samples left out of all pixels because they were not finite.
     pub fn rejected(&self) -> u64 {
-        self.pixels
-            .iter()
-            .map(|pixel| u64::from(pixel.rejected))
-            .sum()
+        self.pixels.iter().map(|pixel| u64::from(pixel.rejected)).sum()
     }
 
     /// Whether every sum of every pixel is a finite number.
@@ -458,12 +432,7 @@ impl Film {
     }
 
     fn index(&self, x: u32, y: u32) -> usize {
-        assert!(
-            x < self.width && y < self.height,
-            "pixel ({x}, {y}) of a {} x {} film",
-            self.width,
-            self.height
-        );
+        assert!(x < self.width && y < self.height, "pixel ({x}, {y}) of a {} x {} film", self.width, self.height);
         y as usize * self.width as usize + x as usize
     }
 }
@@ -473,31 +442,17 @@ mod tests {
     use super::*;
 
     fn grey(light: f32) -> Sample {
-        Sample {
-            beauty: Rgb::splat(light),
-            alpha: 1.0,
-            ..Sample::default()
-        }
+        Sample { beauty: Rgb::splat(light), alpha: 1.0, ..Sample::default() }
     }
 
     #[test]
     fn sizes_are_checked() {
         for (width, height) in [(0, 4), (4, 0), (MAX_SIDE + 1, 1), (1, MAX_SIDE + 1)] {
-            assert!(
-                matches!(Film::new(width, height), Err(SizeError::Side { .. })),
-                "{width} x {height}"
-            );
+            assert!(matches!(Film::new(width, height), Err(SizeError::Side { .. })), "{width} x {height}");
         }
-        assert!(matches!(
-            Film::new(MAX_SIDE, MAX_SIDE),
-            Err(SizeError::Area { .. })
-        ));
+        assert!(matches!(Film::new(MAX_SIDE, MAX_SIDE), Err(SizeError::Area { .. })));
         assert!(Film::new(MAX_SIDE, 1).is_ok());
-        let text = SizeError::Side {
-            width: 0,
-            height: 7,
-        }
-        .to_string();
+        let text = SizeError::Side { width: 0, height: 7 }.to_string();
         assert_eq!(text, "0 x 7 pixels: each side must be between 1 and 65536");
     }
 
@@ -506,18 +461,11 @@ mod tests {
         // Luminances 1 and 3: mean 2, variance 2, variance of the mean 1.
         let mut film = Film::new(2, 1).unwrap();
         film.pixel_mut(0, 0).add(&grey(1.0));
-        assert_eq!(
-            film.noise(),
-            f64::INFINITY,
-            "one sample says nothing about noise"
-        );
+        assert_eq!(film.noise(), f64::INFINITY, "one sample says nothing about noise");
         film.pixel_mut(0, 0).add(&grey(3.0));
         // 1e-12: the luminance weights add up to one only to rounding.
         assert!((film.pixel(0, 0).variance().unwrap() - 1.0).abs() < 1e-12);
-        assert!(
-            (film.noise() - 1.0 / 2.01).abs() < 1e-12,
-            "the empty pixel is not covered"
-        );
+        assert!((film.noise() - 1.0 / 2.01).abs() < 1e-12, "the empty pixel is not covered");
         assert_eq!(film.sample_counts(), 0..=2);
     }
 
@@ -535,24 +483,9 @@ mod tests {
     #[test]
     fn means_are_over_what_they_say() {
         let mut pixel = Pixel::default();
-        let hair = Sample {
-            depth: 2.0,
-            tangent: Vec3::X,
-            strand: 7,
-            lobes: [Rgb::splat(4.0); 4],
-            ..grey(1.0)
-        };
-        let wall = Sample {
-            depth: 6.0,
-            albedo: Rgb::splat(0.5),
-            ..grey(2.0)
-        };
-        let other = Sample {
-            tangent: Vec3::Y,
-            strand: 3,
-            depth: 1.0,
-            ..hair
-        };
+        let hair = Sample { depth: 2.0, tangent: Vec3::X, strand: 7, lobes: [Rgb::splat(4.0); 4], ..grey(1.0) };
+        let wall = Sample { depth: 6.0, albedo: Rgb::splat(0.5), ..grey(2.0) };
+        let other = Sample { tangent: Vec3::Y, strand: 3, depth: 1.0, ..hair };
         for sample in [Sample::default(), wall, hair, other] {
             assert!(pixel.add(&sample));
         }
@@ -568,22 +501,10 @@ mod tests {
     #[test]
     fn samples_that_are_not_finite_are_counted_and_left_out() {
         let bad = [
-            Sample {
-                beauty: Rgb::new(0.0, f32::NAN, 0.0),
-                ..grey(1.0)
-            },
-            Sample {
-                indirect: Rgb::splat(f32::INFINITY),
-                ..grey(1.0)
-            },
-            Sample {
-                depth: f32::NAN,
-                ..grey(1.0)
-            },
-            Sample {
-                tangent: Vec3::splat(f32::NAN),
-                ..grey(1.0)
-            },
+            Sample { beauty: Rgb::new(0.0, f32::NAN, 0.0), ..grey(1.0) },
+            Sample { indirect: Rgb::splat(f32::INFINITY), ..grey(1.0) },
+            Sample { depth: f32::NAN, ..grey(1.0) },
+            Sample { tangent: Vec3::splat(f32::NAN), ..grey(1.0) },
         ];
         let mut film = Film::new(1, 1).unwrap();
         assert!(film.pixel_mut(0, 0).add(&grey(0.5)));

@@ -69,18 +69,8 @@ impl Image {
     /// # Errors
     ///
     /// A size that no film can have, or lists that do not have one entry per pixel.
-    pub fn new(
-        width: u32,
-        height: u32,
-        pixels: Vec<Rgb>,
-        alpha: Option<Vec<f32>>,
-    ) -> Result<Self, SizeError> {
-        let image = Self {
-            width,
-            height,
-            pixels,
-            alpha,
-        };
+    pub fn new(width: u32, height: u32, pixels: Vec<Rgb>, alpha: Option<Vec<f32>>) -> Result<Self, SizeError> {
+        let image = Self { width, height, pixels, alpha };
         image.check()?;
         Ok(image)
     }
@@ -93,20 +83,12 @@ impl Image {
     pub fn check(&self) -> Result<(), SizeError> {
         let (width, height) = (self.width, self.height);
         check_size(width.into(), height.into())?;
-        let lists = [
-            ("colours", Some(self.pixels.len())),
-            ("alphas", self.alpha.as_ref().map(Vec::len)),
-        ];
+        let lists = [("colours", Some(self.pixels.len())), ("alphas", self.alpha.as_ref().map(Vec::len))];
         for (what, found) in lists {
             if let Some(found) = found
                 && found as u64 != u64::from(width) * u64::from(height)
             {
-                return Err(SizeError::Length {
-                    what,
-                    found,
-                    width,
-                    height,
-                });
+                return Err(SizeError::Length { what, found, width, height });
             }
         }
         Ok(())
@@ -118,12 +100,7 @@ impl Image {
     ///
     /// Outside the image.
     pub fn at(&self, x: u32, y: u32) -> Rgb {
-        assert!(
-            x < self.width && y < self.height,
-            "pixel ({x}, {y}) of a {} x {} image",
-            self.width,
-            self.height
-        );
+        assert!(x < self.width && y < self.height, "pixel ({x}, {y}) of a {} x {} image", self.width, self.height);
         self.pixels[y as usize * self.width as usize + x as usize]
     }
 
@@ -131,10 +108,7 @@ impl Image {
     pub fn defects(&self) -> Defects {
         let mut defects = Defects::default();
         for (index, colour) in self.pixels.iter().enumerate() {
-            let alpha = self
-                .alpha
-                .as_ref()
-                .and_then(|alpha| alpha.get(index).copied());
+            let alpha = self.alpha.as_ref().and_then(|alpha| alpha.get(index).copied());
             for value in colour.0.into_iter().chain(alpha) {
                 if value.is_nan() {
                     defects.nan += 1;
@@ -168,9 +142,7 @@ pub enum ReadImageError {
     },
 
     /// The name does not say one of the known formats.
-    #[error(
-        "cannot read {path:?}: images are read from .exr, .hdr and .png, and the name ends in {extension:?}"
-    )]
+    #[error("cannot read {path:?}: images are read from .exr, .hdr and .png, and the name ends in {extension:?}")]
     Extension {
         /// The file.
         path: PathBuf,
@@ -188,9 +160,7 @@ pub enum ReadImageError {
     },
 
     /// An EXR file without a picture that is recognised.
-    #[error(
-        "cannot read {path:?}: no part has the channels R, G, B or beauty.R, beauty.G, beauty.B; found: {found}"
-    )]
+    #[error("cannot read {path:?}: no part has the channels R, G, B or beauty.R, beauty.G, beauty.B; found: {found}")]
     Channels {
         /// The file.
         path: PathBuf,
@@ -225,35 +195,20 @@ pub enum ReadImageError {
 /// [`Film::new`](crate::Film::new) allows.
 pub fn read(path: impl AsRef<Path>) -> Result<Image, ReadImageError> {
     let path = path.as_ref();
-    let extension = path
-        .extension()
-        .map(|text| text.to_string_lossy().to_ascii_lowercase())
-        .unwrap_or_default();
+    let extension = path.extension().map(|text| text.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let (format, decode) = match extension.as_str() {
         "exr" => (EXR, read_exr as Decode),
         "hdr" => (HDR, read_hdr as Decode),
         "png" => (PNG, read_png as Decode),
         _ => {
-            return Err(ReadImageError::Extension {
-                path: path.to_path_buf(),
-                extension,
-            });
+            return Err(ReadImageError::Extension { path: path.to_path_buf(), extension });
         }
     };
-    let file = File::open(path).map_err(|cause| ReadImageError::Io {
-        path: path.to_path_buf(),
-        cause,
-    })?;
+    let file = File::open(path).map_err(|cause| ReadImageError::Io { path: path.to_path_buf(), cause })?;
     // The decoders are not ours and check some of their input with assertions; a damaged file must not
     // end a render that has many.
     std::panic::catch_unwind(AssertUnwindSafe(|| decode(path, BufReader::new(file))))
-        .unwrap_or_else(|_| {
-            Err(contents(
-                path,
-                format,
-                "the decoder could not make sense of it",
-            ))
-        })
+        .unwrap_or_else(|_| Err(contents(path, format, "the decoder could not make sense of it")))
 }
 
 type Decode = fn(&Path, BufReader<File>) -> Result<Image, ReadImageError>;
@@ -263,59 +218,29 @@ const HDR: &str = "Radiance HDR";
 const PNG: &str = "PNG";
 
 fn contents(path: &Path, format: &'static str, what: impl Display) -> ReadImageError {
-    ReadImageError::Contents {
-        path: path.to_path_buf(),
-        format,
-        what: what.to_string(),
-    }
+    ReadImageError::Contents { path: path.to_path_buf(), format, what: what.to_string() }
 }
 
 fn check_size_of(path: &Path, width: u64, height: u64) -> Result<(u32, u32), ReadImageError> {
     check_size(width, height)
         // The check leaves nothing that does not fit in 32 bits.
         .map(|()| (width as u32, height as u32))
-        .map_err(|cause| ReadImageError::Size {
-            path: path.to_path_buf(),
-            cause,
-        })
+        .map_err(|cause| ReadImageError::Size { path: path.to_path_buf(), cause })
 }
 
 fn read_exr(path: &Path, file: BufReader<File>) -> Result<Image, ReadImageError> {
     let chunks = exr::block::read(file, false).map_err(|error| contents(path, EXR, error))?;
-    for Header {
-        layer_size: Vec2(width, height),
-        ..
-    } in chunks.headers()
-    {
+    for Header { layer_size: Vec2(width, height), .. } in chunks.headers() {
         check_size_of(path, *width as u64, *height as u64)?;
     }
-    let has = |header: &Header, name: String| {
-        header
-            .channels
-            .list
-            .iter()
-            .any(|channel| channel.name.eq(&name))
-    };
+    let has = |header: &Header, name: String| header.channels.list.iter().any(|channel| channel.name.eq(&name));
     let picture = chunks.headers().iter().find_map(|header| {
-        PREFIXES.into_iter().find(|prefix| {
-            COLOURS
-                .iter()
-                .all(|colour| has(header, format!("{prefix}{colour}")))
-        })
+        PREFIXES.into_iter().find(|prefix| COLOURS.iter().all(|colour| has(header, format!("{prefix}{colour}"))))
     });
     let Some(prefix) = picture else {
-        let names = chunks
-            .headers()
-            .iter()
-            .flat_map(|header| header.channels.list.iter());
-        let found = names
-            .map(|channel| channel.name.to_string())
-            .collect::<Vec<_>>()
-            .join(", ");
-        return Err(ReadImageError::Channels {
-            path: path.to_path_buf(),
-            found,
-        });
+        let names = chunks.headers().iter().flat_map(|header| header.channels.list.iter());
+        let found = names.map(|channel| channel.name.to_string()).collect::<Vec<_>>().join(", ");
+        return Err(ReadImageError::Channels { path: path.to_path_buf(), found });
     };
     let name = |channel: &str| Text::from(format!("{prefix}{channel}").as_str());
 
@@ -358,32 +283,18 @@ fn read_exr(path: &Path, file: BufReader<File>) -> Result<Image, ReadImageError>
 }
 
 fn read_hdr(path: &Path, mut file: BufReader<File>) -> Result<Image, ReadImageError> {
-    let start = file.fill_buf().map_err(|cause| ReadImageError::Io {
-        path: path.to_path_buf(),
-        cause,
-    })?;
+    let start = file.fill_buf().map_err(|cause| ReadImageError::Io { path: path.to_path_buf(), cause })?;
     if !start.starts_with(b"#?") {
         return Err(contents(path, HDR, "it does not start with \"#?\""));
     }
     // The decoder's strict mode knows one of the two signatures in use.
     let strict = start.starts_with(b"#?RADIANCE");
-    let decoder =
-        HdrDecoder::with_strictness(file, strict).map_err(|error| contents(path, HDR, error))?;
+    let decoder = HdrDecoder::with_strictness(file, strict).map_err(|error| contents(path, HDR, error))?;
     let (width, height) = decoder.dimensions();
     let (width, height) = check_size_of(path, width.into(), height.into())?;
-    let decoded =
-        DynamicImage::from_decoder(decoder).map_err(|error| contents(path, HDR, error))?;
-    let pixels = decoded
-        .into_rgb32f()
-        .pixels()
-        .map(|pixel| Rgb(pixel.0))
-        .collect();
-    Ok(Image {
-        width,
-        height,
-        pixels,
-        alpha: None,
-    })
+    let decoded = DynamicImage::from_decoder(decoder).map_err(|error| contents(path, HDR, error))?;
+    let pixels = decoded.into_rgb32f().pixels().map(|pixel| Rgb(pixel.0)).collect();
+    Ok(Image { width, height, pixels, alpha: None })
 }
 
 fn read_png(path: &Path, file: BufReader<File>) -> Result<Image, ReadImageError> {
@@ -392,12 +303,10 @@ fn read_png(path: &Path, file: BufReader<File>) -> Result<Image, ReadImageError>
     limits.max_image_height = Some(MAX_SIDE);
     // Eight bytes are the largest pixel of the format; the rest is for its tables and text.
     limits.max_alloc = Some(8 * MAX_PIXELS + (64 << 20));
-    let decoder =
-        PngDecoder::with_limits(file, limits).map_err(|error| contents(path, PNG, error))?;
+    let decoder = PngDecoder::with_limits(file, limits).map_err(|error| contents(path, PNG, error))?;
     let (width, height) = decoder.dimensions();
     let (width, height) = check_size_of(path, width.into(), height.into())?;
-    let decoded =
-        DynamicImage::from_decoder(decoder).map_err(|error| contents(path, PNG, error))?;
+    let decoded = DynamicImage::from_decoder(decoder).map_err(|error| contents(path, PNG, error))?;
     let transparent = decoded.color().has_alpha();
     let encoded = decoded.into_rgba32f();
     let pixels = encoded.pixels().map(|pixel| {
@@ -422,23 +331,15 @@ mod tests {
     fn ramp(width: u32, height: u32, alpha: bool) -> Image {
         let count = width * height;
         let level = |i: u32| i as f32 / count as f32;
-        let pixels = (0..count)
-            .map(|i| Rgb::new(level(i), 0.5, 1.0 - level(i)) * 0.75)
-            .collect();
+        let pixels = (0..count).map(|i| Rgb::new(level(i), 0.5, 1.0 - level(i)) * 0.75).collect();
         let alpha = alpha.then(|| vec![0.75; count as usize]);
         Image::new(width, height, pixels, alpha).unwrap()
     }
 
     fn write_hdr(path: &Path, image: &Image) {
-        let pixels: Vec<_> = image
-            .pixels
-            .iter()
-            .map(|colour| ::image::Rgb(colour.0))
-            .collect();
+        let pixels: Vec<_> = image.pixels.iter().map(|colour| ::image::Rgb(colour.0)).collect();
         let file = File::create(path).unwrap();
-        HdrEncoder::new(file)
-            .encode(&pixels, image.width as usize, image.height as usize)
-            .unwrap();
+        HdrEncoder::new(file).encode(&pixels, image.width as usize, image.height as usize).unwrap();
     }
 
     #[test]
@@ -455,12 +356,7 @@ mod tests {
         for (got, want) in back.pixels.iter().zip(&image.pixels) {
             assert_eq!(got.0.map(f32::to_bits), want.0.map(f32::to_bits));
         }
-        let defects = Defects {
-            nan: 1,
-            infinite: 2,
-            negative: 1,
-            first: Some((2, 1)),
-        };
+        let defects = Defects { nan: 1, infinite: 2, negative: 1, first: Some((2, 1)) };
         assert_eq!(back.defects(), defects);
         assert!(!defects.is_empty());
         assert!(ramp(2, 2, true).defects().is_empty());
@@ -474,10 +370,7 @@ mod tests {
         let write = |name: &str, channels: &[&str]| {
             let path = folder.path().join(name);
             let level = |index: usize| FlatSamples::F32(vec![index as f32; 2]);
-            let list = channels
-                .iter()
-                .enumerate()
-                .map(|(index, name)| AnyChannel::new(*name, level(index)));
+            let list = channels.iter().enumerate().map(|(index, name)| AnyChannel::new(*name, level(index)));
             let channels = AnyChannels::sort(list.collect());
             exr::image::Image::from_encoded_channels((2, 1), Encoding::UNCOMPRESSED, channels)
                 .write()
@@ -488,11 +381,7 @@ mod tests {
         let error = read(write("depth.exr", &["Z", "diffuse.R"])).unwrap_err();
         assert!(error.to_string().contains("Z, diffuse.R"), "{error}");
 
-        let beauty = read(write(
-            "beauty.exr",
-            &["beauty.R", "beauty.G", "beauty.B", "Z"],
-        ))
-        .unwrap();
+        let beauty = read(write("beauty.exr", &["beauty.R", "beauty.G", "beauty.B", "Z"])).unwrap();
         assert_eq!(beauty.pixels, [Rgb::new(0.0, 1.0, 2.0); 2]);
         assert_eq!(beauty.alpha, None);
     }
@@ -509,10 +398,7 @@ mod tests {
             // Eight bits for the largest channel: a step is at most 1/128 of it.
             let step = want.max_channel() / 128.0;
             for channel in 0..3 {
-                assert!(
-                    (got[channel] - want[channel]).abs() <= step,
-                    "{got:?} {want:?}"
-                );
+                assert!((got[channel] - want[channel]).abs() <= step, "{got:?} {want:?}");
             }
         }
     }
@@ -528,10 +414,7 @@ mod tests {
         for path in &whole {
             read(path).unwrap();
             let bytes = std::fs::read(path).unwrap();
-            let part = folder
-                .path()
-                .join("part")
-                .with_extension(path.extension().unwrap());
+            let part = folder.path().join("part").with_extension(path.extension().unwrap());
             // To three quarters: after that a PNG only lacks what no pixel depends on.
             for length in (0..bytes.len() * 3 / 4).step_by(bytes.len() / 61 + 1) {
                 std::fs::write(&part, &bytes[..length]).unwrap();
@@ -551,10 +434,7 @@ mod tests {
         write_png(&whole[2], &image, &PngOptions::default()).unwrap();
         for (stream, path) in whole.iter().enumerate() {
             let bytes = std::fs::read(path).unwrap();
-            let damaged = folder
-                .path()
-                .join("damaged")
-                .with_extension(path.extension().unwrap());
+            let damaged = folder.path().join("damaged").with_extension(path.extension().unwrap());
             for attempt in 0..200 {
                 let mut bytes = bytes.clone();
                 for hit in 0..3 {
@@ -576,42 +456,22 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         for (name, format) in [("noise.exr", EXR), ("noise.hdr", HDR), ("noise.png", PNG)] {
             let path = folder.path().join(name);
-            for bytes in [
-                &b""[..],
-                b"P6 1 1 255 abc",
-                &[0xff; 300],
-                b"#?RADIANCE\n\n-Y 99999999 +X 99999999\n",
-            ] {
+            for bytes in [&b""[..], b"P6 1 1 255 abc", &[0xff; 300], b"#?RADIANCE\n\n-Y 99999999 +X 99999999\n"] {
                 std::fs::write(&path, bytes).unwrap();
                 let error = read(&path).unwrap_err().to_string();
                 assert!(error.contains(name), "{error}");
-                assert!(
-                    error.contains(format) || error.contains("pixels"),
-                    "{error}"
-                );
+                assert!(error.contains(format) || error.contains("pixels"), "{error}");
             }
         }
-        assert!(matches!(
-            read("picture.jpg"),
-            Err(ReadImageError::Extension { .. })
-        ));
-        assert!(matches!(
-            read(folder.path().join("absent.exr")),
-            Err(ReadImageError::Io { .. })
-        ));
+        assert!(matches!(read("picture.jpg"), Err(ReadImageError::Extension { .. })));
+        assert!(matches!(read(folder.path().join("absent.exr")), Err(ReadImageError::Io { .. })));
     }
 
     #[test]
     fn lists_must_fill_the_image() {
         let error = Image::new(2, 2, vec![Rgb::black(); 3], None).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "3 colours do not fill an image of 2 x 2 pixels"
-        );
+        assert_eq!(error.to_string(), "3 colours do not fill an image of 2 x 2 pixels");
         assert!(Image::new(1, 1, vec![Rgb::black()], Some(vec![])).is_err());
-        assert!(matches!(
-            Image::new(0, 2, vec![], None),
-            Err(SizeError::Side { .. })
-        ));
+        assert!(matches!(Image::new(0, 2, vec![], None), Err(SizeError::Side { .. })));
     }
 }

@@ -42,13 +42,7 @@ impl View {
     pub fn to_display(self, linear: Rgb, exposure_ev: f32) -> [f32; 3] {
         let gain = exposure_ev.exp2();
         // NaN compares false and so becomes black too.
-        let scene = linear.0.map(|light| {
-            if light * gain > 0.0 {
-                (light * gain).min(CEILING)
-            } else {
-                0.0
-            }
-        });
+        let scene = linear.0.map(|light| if light * gain > 0.0 { (light * gain).min(CEILING) } else { 0.0 });
         let display = match self {
             Self::Srgb => scene,
             Self::Filmic => scene.map(filmic),
@@ -85,31 +79,18 @@ impl FromStr for View {
 
     fn from_str(text: &str) -> Result<Self, ParseViewError> {
         let named = |view: &Self| view.name().eq_ignore_ascii_case(text);
-        Self::ALL
-            .into_iter()
-            .find(named)
-            .ok_or_else(|| ParseViewError {
-                found: text.to_owned(),
-            })
+        Self::ALL.into_iter().find(named).ok_or_else(|| ParseViewError { found: text.to_owned() })
     }
 }
 
 /// The sRGB encoding of linear light; inverse of [`decode_srgb`].
 pub fn encode_srgb(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    }
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// The linear light of an sRGB-encoded value, as IEC 61966-2-1 defines it.
 pub fn decode_srgb(encoded: f32) -> f32 {
-    if encoded <= 0.040_45 {
-        encoded / 12.92
-    } else {
-        ((encoded + 0.055) / 1.055).powf(2.4)
-    }
+    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 /// The film-like curve, from scene-linear to display-linear.
@@ -126,8 +107,8 @@ fn filmic(x: f32) -> f32 {
     const LIMIT: f64 = 1.02;
     const MID: f64 = 0.18;
     // The two values are two linear equations for a and d, with c = a / LIMIT.
-    const A: f64 = (1.0 - TOE + MID * (TOE - 1.0 / WHITE))
-        / (MID - MID * MID / LIMIT - MID * WHITE * (1.0 - 1.0 / LIMIT));
+    const A: f64 =
+        (1.0 - TOE + MID * (TOE - 1.0 / WHITE)) / (MID - MID * MID / LIMIT - MID * WHITE * (1.0 - 1.0 / LIMIT));
     const C: f64 = A / LIMIT;
     const D: f64 = A * WHITE * (1.0 - 1.0 / LIMIT) + TOE - 1.0 / WHITE;
 
@@ -209,16 +190,9 @@ pub struct PngOptions {
 /// # Errors
 ///
 /// The file cannot be written, or the lists of the image do not fill it.
-pub fn write_png(
-    path: impl AsRef<Path>,
-    image: &Image,
-    options: &PngOptions,
-) -> Result<(), WriteError> {
+pub fn write_png(path: impl AsRef<Path>, image: &Image, options: &PngOptions) -> Result<(), WriteError> {
     let path = path.as_ref();
-    image.check().map_err(|cause| WriteError::Size {
-        path: path.to_path_buf(),
-        cause,
-    })?;
+    image.check().map_err(|cause| WriteError::Size { path: path.to_path_buf(), cause })?;
     let alpha = image.alpha.as_ref().filter(|_| options.transparent);
     let (color, channel_bytes) = match (alpha.is_some(), options.depth) {
         (false, BitDepth::Eight) => (ExtendedColorType::Rgb8, 1),
@@ -234,23 +208,12 @@ pub fn write_png(
     };
     for (index, &colour) in image.pixels.iter().enumerate() {
         // An opacity that is not a number compares false and is none.
-        let opacity = alpha.map(|alpha| {
-            if alpha[index] > 0.0 {
-                alpha[index].min(1.0)
-            } else {
-                0.0
-            }
-        });
+        let opacity = alpha.map(|alpha| if alpha[index] > 0.0 { alpha[index].min(1.0) } else { 0.0 });
         let straight = match opacity {
             Some(opacity) if opacity > 0.0 => colour / opacity,
             _ => colour,
         };
-        options
-            .view
-            .to_display(straight, options.exposure_ev)
-            .into_iter()
-            .chain(opacity)
-            .for_each(&mut push);
+        options.view.to_display(straight, options.exposure_ev).into_iter().chain(opacity).for_each(&mut push);
     }
     atomic::write(path, |file| {
         let mut file = BufWriter::new(file);
@@ -280,10 +243,7 @@ mod tests {
         for step in 0..=1000 {
             let encoded = step as f32 / 1000.0;
             // 1e-5: the two published pieces meet with a jump of about that size.
-            assert!(
-                (encode_srgb(decode_srgb(encoded)) - encoded).abs() < 1e-5,
-                "{encoded}"
-            );
+            assert!((encode_srgb(decode_srgb(encoded)) - encoded).abs() < 1e-5, "{encoded}");
         }
         assert!((decode_srgb(0.5) - 0.214_041).abs() < 1e-6);
     }
@@ -296,10 +256,7 @@ mod tests {
             for stop in stops() {
                 let shown = view.to_display(Rgb::splat(MID_GREY * stop.exp2()), 0.0)[0];
                 // 1e-6: single-precision rounding on the flat ends.
-                assert!(
-                    shown >= last - 1e-6,
-                    "{view} falls at {stop} stops: {last} to {shown}"
-                );
+                assert!(shown >= last - 1e-6, "{view} falls at {stop} stops: {last} to {shown}");
                 last = shown;
             }
             assert!(last > 0.999, "{view} ends at {last}");
@@ -327,11 +284,7 @@ mod tests {
             // It is built in exactly; 1e-5 is rounding through powers and logarithms.
             assert!((shown - MID_GREY).abs() < 1e-5, "{view}: {shown}");
             let exposed = view.to_display(Rgb::splat(MID_GREY / 8.0), 3.0);
-            assert_eq!(
-                exposed,
-                view.to_display(Rgb::splat(MID_GREY), 0.0),
-                "{view}"
-            );
+            assert_eq!(exposed, view.to_display(Rgb::splat(MID_GREY), 0.0), "{view}");
         }
     }
 
@@ -359,24 +312,13 @@ mod tests {
 
     #[test]
     fn nothing_that_is_no_light_gets_through() {
-        let odd = [
-            f32::NAN,
-            f32::INFINITY,
-            f32::NEG_INFINITY,
-            -1.0,
-            f32::MAX,
-            f32::MIN_POSITIVE,
-            -0.0,
-        ];
+        let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, f32::MAX, f32::MIN_POSITIVE, -0.0];
         for view in View::ALL {
             for a in odd {
                 for b in odd {
                     for ev in [0.0, 200.0, -200.0, f32::NAN, f32::INFINITY] {
                         let shown = view.to_display(Rgb::new(a, b, 0.5), ev);
-                        assert!(
-                            shown.iter().all(|x| (0.0..=1.0).contains(x)),
-                            "{view} {a} {b} {ev}: {shown:?}"
-                        );
+                        assert!(shown.iter().all(|x| (0.0..=1.0).contains(x)), "{view} {a} {b} {ev}: {shown:?}");
                     }
                 }
             }
@@ -400,31 +342,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("ramp.png");
         let levels: Vec<f32> = (0..=255).map(|level| level as f32 / 255.0).collect();
-        let pixels = levels
-            .iter()
-            .map(|&level| Rgb::new(decode_srgb(level), decode_srgb(1.0 - level), 0.5))
-            .collect();
+        let pixels = levels.iter().map(|&level| Rgb::new(decode_srgb(level), decode_srgb(1.0 - level), 0.5)).collect();
         let image = Image::new(16, 16, pixels, None).unwrap();
         for (depth, top) in [(BitDepth::Eight, 255.0), (BitDepth::Sixteen, 65_535.0)] {
-            write_png(
-                &path,
-                &image,
-                &PngOptions {
-                    depth,
-                    ..PngOptions::default()
-                },
-            )
-            .unwrap();
+            write_png(&path, &image, &PngOptions { depth, ..PngOptions::default() }).unwrap();
             let back = crate::image::read(&path).unwrap();
             assert_eq!((back.width, back.height, &back.alpha), (16, 16, &None));
             for (got, want) in back.pixels.iter().zip(&image.pixels) {
                 for channel in 0..3 {
                     let error = encode_srgb(got[channel]) - encode_srgb(want[channel]);
                     // Half a level, and 1e-5 for going through the encoding twice more.
-                    assert!(
-                        error.abs() <= 0.5 / top + 1e-5,
-                        "{depth:?}: {got:?} for {want:?}"
-                    );
+                    assert!(error.abs() <= 0.5 / top + 1e-5, "{depth:?}: {got:?} for {want:?}");
                 }
             }
         }
@@ -436,33 +364,16 @@ mod tests {
         let path = folder.path().join("soft.png");
         let pixels = vec![Rgb::new(0.2, 0.1, 0.05), Rgb::black(), Rgb::splat(0.3)];
         let image = Image::new(3, 1, pixels, Some(vec![0.5, 0.0, f32::NAN])).unwrap();
-        let options = PngOptions {
-            depth: BitDepth::Sixteen,
-            transparent: true,
-            ..PngOptions::default()
-        };
+        let options = PngOptions { depth: BitDepth::Sixteen, transparent: true, ..PngOptions::default() };
         write_png(&path, &image, &options).unwrap();
         let back = crate::image::read(&path).unwrap();
         let alpha = back.alpha.unwrap();
         // One level of 65 535, and for the colours its slope of at most 2.3 in linear light.
         assert!((alpha[0] - 0.5).abs() < 2e-5);
         assert_eq!(alpha[1..], [0.0, 0.0]);
-        assert!(
-            (back.pixels[0] - image.pixels[0])
-                .0
-                .iter()
-                .all(|error| error.abs() < 5e-5)
-        );
+        assert!((back.pixels[0] - image.pixels[0]).0.iter().all(|error| error.abs() < 5e-5));
 
-        write_png(
-            &path,
-            &image,
-            &PngOptions {
-                transparent: false,
-                ..options
-            },
-        )
-        .unwrap();
+        write_png(&path, &image, &PngOptions { transparent: false, ..options }).unwrap();
         assert_eq!(crate::image::read(&path).unwrap().alpha, None);
     }
 
@@ -470,12 +381,7 @@ mod tests {
     fn png_errors_name_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let image = Image::new(1, 1, vec![Rgb::black()], None).unwrap();
-        let error = write_png(
-            folder.path().join("absent/a.png"),
-            &image,
-            &PngOptions::default(),
-        )
-        .unwrap_err();
+        let error = write_png(folder.path().join("absent/a.png"), &image, &PngOptions::default()).unwrap_err();
         assert!(error.to_string().contains("absent"), "{error}");
         assert!(write_png(folder.path(), &image, &PngOptions::default()).is_err());
         let short = Image { width: 2, ..image };

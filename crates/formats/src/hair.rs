@@ -217,11 +217,7 @@ pub fn read(reader: &mut impl Read, len_hint: Option<u64>) -> Result<HairFile, H
     let uint = |at: usize| u32::from_le_bytes(word(at));
     let float = |at: usize| f32::from_le_bytes(word(at));
     let (strand_count, point_count, flags, default_segments) = (uint(4), uint(8), uint(12), uint(16));
-    let defaults = Defaults {
-        thickness: float(20),
-        transparency: float(24),
-        color: [float(28), float(32), float(36)],
-    };
+    let defaults = Defaults { thickness: float(20), transparency: float(24), color: [float(28), float(32), float(36)] };
     let info = String::from_utf8_lossy(&header[40..]).trim_end_matches('\0').to_owned();
 
     if flags & !KNOWN != 0 {
@@ -252,8 +248,7 @@ pub fn read(reader: &mut impl Read, len_hint: Option<u64>) -> Result<HairFile, H
     }
 
     let n = u64::from(point_count);
-    let points: Vec<Vec3> =
-        vectors(&source.take("the points array", 12 * n)?).map(Vec3::from_array).collect();
+    let points: Vec<Vec3> = vectors(&source.take("the points array", 12 * n)?).map(Vec3::from_array).collect();
     if let Some(i) = points.iter().position(|p| !p.is_finite()) {
         let (strand, point) = counts.locate(i as u64);
         return Err(HairError::NotFinite { strand, point, found: points[i].to_array() });
@@ -444,8 +439,7 @@ impl Parts {
         let single = counts.iter().filter(|&&n| n < 2).count();
         if single > 0 {
             warnings.push(format!("{single} of {} strands have a single point and were left out", counts.len()));
-            let keep: Vec<bool> =
-                counts.iter().flat_map(|&n| std::iter::repeat_n(n >= 2, n as usize)).collect();
+            let keep: Vec<bool> = counts.iter().flat_map(|&n| std::iter::repeat_n(n >= 2, n as usize)).collect();
             retain(&mut self.points, &keep);
             self.radius.iter_mut().for_each(|v| retain(v, &keep));
             self.transparency.iter_mut().for_each(|v| retain(v, &keep));

@@ -5,9 +5,7 @@ use std::io::Read;
 use groom::{Mesh, MeshError};
 use math::Vec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{
-    ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
-};
+use ply_rs_bw::ply::{ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType};
 
 /// Why a PLY file could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -200,10 +198,7 @@ mod tests {
         assert!(matches!(error, PlyError::Counts { count: 4_000_000_000_000, .. }), "{error}");
         let empty = "ply\nformat ascii 1.0\nelement nothing 18000000000000000000\nend_header\n";
         assert!(matches!(read(&mut empty.as_bytes()), Err(PlyError::Counts { .. })));
-        assert!(matches!(
-            read(&mut TEXT.replace("float z", "float w").as_bytes()),
-            Err(PlyError::Missing { .. })
-        ));
+        assert!(matches!(read(&mut TEXT.replace("float z", "float w").as_bytes()), Err(PlyError::Missing { .. })));
         let far = TEXT.replace("3 3 0 4\n", "3 3 0 5\n");
         assert!(matches!(read(&mut far.as_bytes()), Err(PlyError::Mesh(MeshError::Index { vertex: 5, .. }))));
         let negative = TEXT.replace("3 3 0 4\n", "3 3 0 -4\n");

@@ -70,11 +70,7 @@ impl DistanceGrid {
     ///
     /// # Errors
     /// When the resolution is outside [`RESOLUTION`](Self::RESOLUTION) or the box has no extent.
-    pub fn from_fn(
-        bounds: (Vec3, Vec3),
-        resolution: usize,
-        f: impl Fn(Vec3) -> f32,
-    ) -> Result<Self, GridError> {
+    pub fn from_fn(bounds: (Vec3, Vec3), resolution: usize, f: impl Fn(Vec3) -> f32) -> Result<Self, GridError> {
         let mut grid = Self::empty(bounds, resolution)?;
         for i in 0..grid.values.len() {
             grid.values[i] = f(grid.node(i));
@@ -128,8 +124,8 @@ impl DistanceGrid {
         for (t, corners) in solid.faces.iter().enumerate() {
             let p = corners.map(|v| solid.positions[v as usize]);
             let lo = grid.clamp_index((p[0].min(p[1]).min(p[2]) - Vec3::splat(band) - grid.origin) / grid.cell);
-            let hi = grid
-                .clamp_index((p[0].max(p[1]).max(p[2]) + Vec3::splat(band) - grid.origin) / grid.cell + Vec3::ONE);
+            let hi =
+                grid.clamp_index((p[0].max(p[1]).max(p[2]) + Vec3::splat(band) - grid.origin) / grid.cell + Vec3::ONE);
             for z in lo[2]..=hi[2] {
                 for y in lo[1]..=hi[1] {
                     for x in lo[0]..=hi[0] {

@@ -11,7 +11,7 @@
 use std::f32::consts::TAU;
 use std::fmt;
 
-use math::{Vec3, hash, lerp, smoothstep, warp};
+use math::{Vec3, hash, lerp, warp};
 
 use crate::{Attribute, Groom, Head};
 
@@ -556,9 +556,8 @@ impl Groomer<'_> {
     fn pick(&self, roots: &[Root], count: u32, of: Use) -> Vec<usize> {
         let count = count as usize;
         let n = roots.len();
-        let stratified = |i: usize| {
-            (((i as f64 + f64::from(self.unit(i, of))) / count as f64 * n as f64) as usize).min(n - 1)
-        };
+        let stratified =
+            |i: usize| (((i as f64 + f64::from(self.unit(i, of))) / count as f64 * n as f64) as usize).min(n - 1);
         if count > 3000 {
             // Keeping apart costs the square of the count; so many are even enough by area alone.
             return (0..count).map(stratified).collect();
@@ -730,10 +729,8 @@ impl Groomer<'_> {
                 let arc = k as f32 * self.step;
                 *p = self.follow(&course, guides, arc);
                 if let Some(l) = parent {
-                    let pull = 0.75
-                        * recipe.clump_strength
-                        * self.profile(1.15 * arc / self.longest)
-                        * (0.55 + 0.45 * scale);
+                    let pull =
+                        0.75 * recipe.clump_strength * self.profile(1.15 * arc / self.longest) * (0.55 + 0.45 * scale);
                     *p = p.lerp(lock_points[l * STEPS + k], pull);
                 }
             }
@@ -750,8 +747,7 @@ impl Groomer<'_> {
             // A frame that turns as little as it can along the course.
             let mut across = root.normal;
             for k in 0..STEPS {
-                let tangent =
-                    (line[(k + 1).min(STEPS - 1)] - line[k.saturating_sub(1)]).normalize_or(root.normal);
+                let tangent = (line[(k + 1).min(STEPS - 1)] - line[k.saturating_sub(1)]).normalize_or(root.normal);
                 let flat = across - tangent * across.dot(tangent);
                 across = flat.try_normalize().unwrap_or_else(|| tangent.any_orthonormal_vector());
                 let side = tangent.cross(across);
@@ -803,14 +799,7 @@ impl Groomer<'_> {
     }
 
     /// Appends one strand; returns its clump.
-    fn strand(
-        &self,
-        s: usize,
-        root: &Root,
-        guides: &Guides,
-        clumps: &Clumps,
-        points: &mut Vec<Vec3>,
-    ) -> usize {
+    fn strand(&self, s: usize, root: &Root, guides: &Guides, clumps: &Clumps, points: &mut Vec<Vec3>) -> usize {
         let recipe = self.recipe;
         let course = self.course(root, guides);
         let [(found, _)] = clumps.seeds.nearest::<1>(root.place, root.side);
@@ -822,15 +811,12 @@ impl Groomer<'_> {
         let random = self.unit(s, Use::Random);
         let length = self.length(s, root, flyaway);
         let height = recipe.volume * recipe.randomness * self.unit(s, Use::Height).powf(1.5);
-        let strength =
-            recipe.clump_strength * if flyaway { 0.5 } else { 1.0 } * (0.7 + 0.3 * self.unit(s, Use::Pull));
+        let strength = recipe.clump_strength * if flyaway { 0.5 } else { 1.0 } * (0.7 + 0.3 * self.unit(s, Use::Pull));
         let jitter = 0.5 * recipe.randomness * self.signed(s, Use::Jitter);
         let ramp_end = 0.1 * recipe.length;
         let curl_frequency = TAU * recipe.curl_turns / recipe.length * (0.85 + 0.3 * clump.scale);
         let curl_radius = recipe.curl_radius * (0.8 + 0.4 * random);
-        let frizz = recipe.frizz
-            * recipe.randomness
-            * if flyaway { 3.5 } else { 0.6 + 0.8 * random };
+        let frizz = recipe.frizz * recipe.randomness * if flyaway { 3.5 } else { 0.6 + 0.8 * random };
         let frizz_stream = hash::mix2(self.stream(Use::Frizz), s as u32);
         let frizz_start = 64.0 * self.unit(s, Use::FrizzStart);
         let away = [3 * s, 3 * s + 1, 3 * s + 2].map(|i| self.signed(i, Use::FlyAway));
@@ -922,8 +908,7 @@ struct Seeds {
 impl Seeds {
     fn new(roots: Vec<Root>) -> Self {
         let first = roots.first().map_or(Vec3::ZERO, |r| r.place);
-        let (low, high) =
-            roots.iter().fold((first, first), |(lo, hi), r| (lo.min(r.place), hi.max(r.place)));
+        let (low, high) = roots.iter().fold((first, first), |(lo, hi), r| (lo.min(r.place), hi.max(r.place)));
         let size = high - low;
         // Seeds lie on a surface: of n³ cells about n² are used.
         let per_side = ((roots.len() as f32 / 3.0).sqrt() as usize).clamp(1, 64);
@@ -1006,6 +991,12 @@ impl Seeds {
     }
 }
 
+/// Hermite step from 0 at `a` to 1 at `b`.
+fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
+    let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::LazyLock;
@@ -1031,9 +1022,7 @@ mod tests {
 
     #[test]
     fn every_preset_stays_outside_the_head() {
-        for recipe in
-            [Recipe::wavy_long(), Recipe::straight(), Recipe::short(), Recipe::curly(), Recipe::fur()]
-        {
+        for recipe in [Recipe::wavy_long(), Recipe::straight(), Recipe::short(), Recipe::curly(), Recipe::fur()] {
             let groom = grow(&small(recipe.clone()), &HEAD).unwrap();
             assert_eq!(groom.strand_count(), 1000);
             assert!(groom.strands().all(|s| s.len() == recipe.points_per_strand as usize));
@@ -1104,11 +1093,8 @@ mod tests {
         for i in 0..300 {
             let p = warp::uniform_sphere([hash::unit(i, 3), hash::unit(i, 4)]) * 7.1;
             let side = [-1.0, 0.0, 1.0][i as usize % 3];
-            let mut all: Vec<f32> = places
-                .iter()
-                .filter(|r| r.side * side >= 0.0)
-                .map(|r| r.place.distance_squared(p))
-                .collect();
+            let mut all: Vec<f32> =
+                places.iter().filter(|r| r.side * side >= 0.0).map(|r| r.place.distance_squared(p)).collect();
             all.sort_by(f32::total_cmp);
             let found = seeds.nearest::<3>(p, side).map(|f| f.1);
             assert_eq!(found, [all[0], all[1], all[2]]);

@@ -64,15 +64,9 @@ fn bust(q: Vec3) -> f32 {
     let cheekbone = ellipsoid(p, v(3.9, -2.7, 4.6), v(2.0, 1.6, 2.2));
     let brow = cone(p, v(1.2, 1.75, 7.2), 0.6, v(4.9, 1.7, 5.0), 0.7);
     let mut d = skull;
-    for (part, blend) in [
-        (forehead, 2.0),
-        (cheeks, 2.5),
-        (mouth, 2.5),
-        (jaw, 2.6),
-        (chin, 1.6),
-        (cheekbone, 2.4),
-        (brow, 1.6),
-    ] {
+    for (part, blend) in
+        [(forehead, 2.0), (cheeks, 2.5), (mouth, 2.5), (jaw, 2.6), (chin, 1.6), (cheekbone, 2.4), (brow, 1.6)]
+    {
         d = unite(d, part, blend);
     }
 
@@ -209,8 +203,7 @@ fn mean_crossing(grid: &DistanceGrid, cell: [usize; 3]) -> Option<Vec3> {
 
 /// Gradient of `f` from four evaluations at the corners of a tetrahedron.
 fn gradient(f: impl Fn(Vec3) -> f32, p: Vec3, step: f32) -> Vec3 {
-    let corners =
-        [Vec3::new(1.0, -1.0, -1.0), Vec3::new(-1.0, -1.0, 1.0), Vec3::new(-1.0, 1.0, -1.0), Vec3::ONE];
+    let corners = [Vec3::new(1.0, -1.0, -1.0), Vec3::new(-1.0, -1.0, 1.0), Vec3::new(-1.0, 1.0, -1.0), Vec3::ONE];
     corners.into_iter().map(|c| c * f(p + c * step)).sum::<Vec3>() / (4.0 * step)
 }
 

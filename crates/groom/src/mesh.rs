@@ -75,11 +75,7 @@ impl Mesh {
     ///
     /// # Errors
     /// As [`validate`](Self::validate).
-    pub fn new(
-        positions: Vec<Vec3>,
-        triangles: Vec<[u32; 3]>,
-        normals: Option<Vec<Vec3>>,
-    ) -> Result<Self, MeshError> {
+    pub fn new(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>, normals: Option<Vec<Vec3>>) -> Result<Self, MeshError> {
         let mesh = Self { positions, triangles, normals };
         mesh.validate()?;
         Ok(mesh)

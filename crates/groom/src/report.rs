@@ -87,11 +87,8 @@ impl Report {
         }
         let length = Spread::of(lengths.iter().copied()).unwrap_or_default();
         let middle = lengths.len() / 2;
-        let median_length = if lengths.is_empty() {
-            0.0
-        } else {
-            *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
-        };
+        let median_length =
+            if lengths.is_empty() { 0.0 } else { *lengths.select_nth_unstable_by(middle, f32::total_cmp).1 };
         let mut report = Self {
             strands: groom.strand_count(),
             points: groom.point_count(),
@@ -180,7 +177,9 @@ impl fmt::Display for Report {
         row("length", &self.length)?;
         row("median length", &format_args!("{:.4}", self.median_length))?;
         match self.radius {
-            Some(radius) => row("radius", &format_args!("{:.3e} / {:.3e} / {:.3e}", radius.min, radius.mean, radius.max))?,
+            Some(radius) => {
+                row("radius", &format_args!("{:.3e} / {:.3e} / {:.3e}", radius.min, radius.mean, radius.max))?
+            }
             None => row("radius", &"none")?,
         }
         if let Some((low, high)) = self.bounds {
@@ -190,7 +189,6 @@ impl fmt::Display for Report {
         row("straightness", &format_args!("{:.3}", self.straightness))?;
         row("zero-length segments", &self.zero_length_segments)?;
         row("degenerate strands", &self.degenerate_strands)?;
-        row("up", &self.up)?;
         match self.metres_per_unit {
             Some(metres) => row("metres per unit", &metres)?,
             None => row("metres per unit", &"unknown")?,

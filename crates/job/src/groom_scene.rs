@@ -61,10 +61,9 @@ pub(crate) fn text(path: &Path, view: &GroomView) -> Result<String, LoadError> {
                 let (a, e) = ((azimuth + view.azimuth_deg).to_radians(), elevation.to_radians());
                 [-e.cos() * a.sin(), -e.sin(), -e.cos() * a.cos()]
             };
-            for (direction, irradiance, angle) in [
-                (turned(-40.0, 38.0), "[8.5, 7.9, 7.1]", 24.0),
-                (turned(155.0, 30.0), "[5.0, 5.5, 6.4]", 20.0),
-            ] {
+            for (direction, irradiance, angle) in
+                [(turned(-40.0, 38.0), "[8.5, 7.9, 7.1]", 24.0), (turned(155.0, 30.0), "[5.0, 5.5, 6.4]", 20.0)]
+            {
                 text += &format!(
                     "[[light]]\ntype = \"distant\"\ndirection = {direction:?}\nirradiance = {irradiance}\nangle_deg = {angle:?}\n\n"
                 );

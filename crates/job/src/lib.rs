@@ -88,16 +88,14 @@ const LARGEST_SCENE: u64 = 64 << 20;
 pub fn load(source: &Source, overrides: &[String]) -> Result<Scene, LoadError> {
     let (text, base, file) = match source {
         Source::Builtin => (scene::builtin().to_owned(), PathBuf::from("."), None),
-        Source::File(path) => (
-            read_text(path)?,
-            path.parent().map(Path::to_owned).unwrap_or_default(),
-            Some(path.clone()),
-        ),
+        Source::File(path) => {
+            (read_text(path)?, path.parent().map(Path::to_owned).unwrap_or_default(), Some(path.clone()))
+        }
         Source::Groom(path, view) => (groom_scene::text(path, view)?, PathBuf::from("."), None),
     };
     let assets = DiskAssets::new(base);
-    let mut scene = Scene::load(&text, overrides, &assets)
-        .map_err(|cause| LoadError::Scene { file, cause: Box::new(cause) })?;
+    let mut scene =
+        Scene::load(&text, overrides, &assets).map_err(|cause| LoadError::Scene { file, cause: Box::new(cause) })?;
     scene.warnings.extend(assets.warnings());
     Ok(scene)
 }

@@ -129,15 +129,8 @@ pub fn render(
     let startup = begin.elapsed();
     let start = Instant::now();
     let mut passes = 0;
-    let mut last = Event {
-        done: 0,
-        total,
-        passes: 0,
-        elapsed: Duration::ZERO,
-        remaining: options.time,
-        rate: 0.0,
-        noise: None,
-    };
+    let mut last =
+        Event { done: 0, total, passes: 0, elapsed: Duration::ZERO, remaining: options.time, rate: 0.0, noise: None };
     let broken = std::thread::scope(|scope| {
         let (sender, receiver) = mpsc::channel();
         let (tracer, pool, film) = (&tracer, &pool, &mut film);

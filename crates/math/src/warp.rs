@@ -22,11 +22,7 @@ pub fn disk([a, b]: [f32; 2]) -> Vec2 {
     if x == 0.0 && y == 0.0 {
         return Vec2::ZERO;
     }
-    let (r, phi) = if x.abs() > y.abs() {
-        (x, FRAC_PI_4 * (y / x))
-    } else {
-        (y, FRAC_PI_2 - FRAC_PI_4 * (x / y))
-    };
+    let (r, phi) = if x.abs() > y.abs() { (x, FRAC_PI_4 * (y / x)) } else { (y, FRAC_PI_2 - FRAC_PI_4 * (x / y)) };
     let (s, c) = phi.sin_cos();
     Vec2::new(r * c, r * s)
 }

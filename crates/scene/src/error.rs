@@ -144,15 +144,11 @@ impl AssetError {
 ///
 /// Typing errors come first (a few letters wrong for the length of the name), then a candidate that
 /// contains the name as a part, as `roughness` is part of `roughness_deg`.
-pub(crate) fn closest<'c>(
-    name: &str,
-    candidates: impl IntoIterator<Item = &'c str>,
-) -> Option<&'c str> {
+pub(crate) fn closest<'c>(name: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
     let allowed = 1 + name.chars().count() / 4;
     let mut best: Option<(usize, &str)> = None;
     for candidate in candidates {
-        let mut distance =
-            strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
+        let mut distance = strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
         if distance > allowed {
             let part = name.len() >= 3 && (candidate.contains(name) || name.contains(candidate));
             if !part || candidate.len() < 3 {

@@ -511,6 +511,8 @@ pub struct MeshSection {
     pub albedo: Option<Tone>,
     /// Whether the camera sees it; its shadows stay. Default: true.
     pub visible: Option<bool>,
+    /// Whether shading hides the facets of a mesh that brings no normals. Default: true.
+    pub smooth: Option<bool>,
 }
 
 /// A simple shape.

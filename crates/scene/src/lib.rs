@@ -40,8 +40,8 @@ pub use error::{AssetError, Place, SceneError, SceneErrorKind};
 pub use file::{SceneFile, schema};
 pub use look::{Look, StrandPoint};
 pub use scene::{
-    Camera, CurveBasis, CurveShape, FilmSettings, Filter, Heuristic, Integrator, Light,
-    LightSelection, RenderSettings, Scene, SceneGroom, SceneMesh, View, Viewpoint, auto_camera,
+    Camera, CurveBasis, CurveShape, FilmSettings, Filter, Heuristic, Integrator, Light, LightSelection, RenderSettings,
+    Scene, SceneGroom, SceneMesh, View, Viewpoint, auto_camera,
 };
 pub use source::locate;
 

@@ -1,17 +1,14 @@
 //! Looks in memory: parameters that vary over strands, and the fiber they make at a point.
 
 use fiber::absorption::{self, MelaninConstants};
-use fiber::{
-    Attenuation, Chiang, Deon, Fiber, Field, Hery, HeryMode, KajiyaKay, KajiyaKayMode, Lambertian,
-    Weights,
-};
+use fiber::{Attenuation, Chiang, Deon, Fiber, Field, Hery, HeryMode, KajiyaKay, KajiyaKayMode, Lambertian, Weights};
 use groom::Attributes;
 use math::{Rgb, hash};
 
 use crate::error::{SceneError, SceneErrorKind, closest, quoted_list};
 use crate::file::{
-    AttenuationKind, FieldKind, LookSection, MelaninConstantsKind, ModeKind, ModelKind,
-    NoiseSection, Param, PresetKind, Tone, Variation, WeightsKind,
+    AttenuationKind, FieldKind, LookSection, MelaninConstantsKind, ModeKind, ModelKind, NoiseSection, Param,
+    PresetKind, Tone, Variation, WeightsKind,
 };
 use crate::source::Source;
 
@@ -79,13 +76,8 @@ pub(crate) fn resolve(
     section: &LookSection,
     source: &Source<'_>,
 ) -> Result<(Look, Vec<String>), SceneError> {
-    let mut builder = Builder {
-        source,
-        look: format!("look.{name}"),
-        attributes: Vec::new(),
-        varies: false,
-        warnings: Vec::new(),
-    };
+    let mut builder =
+        Builder { source, look: format!("look.{name}"), attributes: Vec::new(), varies: false, warnings: Vec::new() };
     let shader = builder.shader(section)?;
     let constant = (!builder.varies).then(|| shader.fiber(None));
     let look = Look { name: name.to_owned(), shader, constant, attributes: builder.attributes };
@@ -337,9 +329,10 @@ impl Quantity for Rgb {
 
     fn attribute(name: &str, at: &StrandPoint<'_>) -> Option<Self> {
         let strand = at.strand as usize;
-        at.attributes.vec3(name, strand, at.point_index, at.frac).map(Self).or_else(|| {
-            at.attributes.float(name, strand, at.point_index, at.frac).map(Self::splat)
-        })
+        at.attributes
+            .vec3(name, strand, at.point_index, at.frac)
+            .map(Self)
+            .or_else(|| at.attributes.float(name, strand, at.point_index, at.frac).map(Self::splat))
     }
 }
 
@@ -355,15 +348,8 @@ const TILT_DEG: Range = (-20.0, 20.0);
 const IOR: Range = (1.01, 3.0);
 const EXPONENT: Range = (0.0, 1e4);
 
-const PIGMENT_KEYS: [&str; 7] = [
-    "eumelanin",
-    "pheomelanin",
-    "melanin",
-    "redness",
-    "color",
-    "absorption",
-    "melanin_constants",
-];
+const PIGMENT_KEYS: [&str; 7] =
+    ["eumelanin", "pheomelanin", "melanin", "redness", "color", "absorption", "melanin_constants"];
 
 /// The keys that a model takes beside those of the pigment, and whether it takes those too.
 fn keys_of(model: ModelKind) -> (&'static [&'static str], bool) {
@@ -381,9 +367,7 @@ fn keys_of(model: ModelKind) -> (&'static [&'static str], bool) {
             ],
             true,
         ),
-        ModelKind::Chiang => {
-            (&["longitudinal_roughness", "azimuthal_roughness", "tilt_deg", "ior"], true)
-        }
+        ModelKind::Chiang => (&["longitudinal_roughness", "azimuthal_roughness", "tilt_deg", "ior"], true),
         ModelKind::Lambertian => (&["albedo"], false),
         ModelKind::KajiyaKay => (&["diffuse", "specular", "exponent", "mode"], false),
         ModelKind::Hery => (&["tint", "roughness_deg", "tilt_deg", "mode", "cos_theta_d"], false),
@@ -445,11 +429,7 @@ fn preset_pigment(preset: PresetKind) -> (Param, Param) {
         PresetKind::Platinum => (0.06, 0.02),
         PresetKind::White => (0.0, 0.0),
         PresetKind::Grey => {
-            let varied = Variation {
-                value: Some(Tone::Grey(0.35)),
-                random: Some(0.35),
-                ..Variation::default()
-            };
+            let varied = Variation { value: Some(Tone::Grey(0.35)), random: Some(0.35), ..Variation::default() };
             return (Param::Varying(Box::new(varied)), Param::from(0.0));
         }
     };
@@ -459,9 +439,7 @@ fn preset_pigment(preset: PresetKind) -> (Param, Param) {
 /// A random stream for the parameter `key`, or for the seed that the user gave.
 fn stream(key: &str, seed: Option<u32>, salt: u32) -> u32 {
     let word = seed.unwrap_or_else(|| {
-        key.bytes().fold(0x811c_9dc5, |word, byte| {
-            (word ^ u32::from(byte)).wrapping_mul(0x0100_0193)
-        })
+        key.bytes().fold(0x811c_9dc5, |word, byte| (word ^ u32::from(byte)).wrapping_mul(0x0100_0193))
     });
     hash::mix2(word, salt)
 }
@@ -482,9 +460,7 @@ impl Builder<'_, '_> {
         match model {
             ModelKind::Deon => {
                 let azimuthal_deg = match &look.azimuthal_roughness_deg {
-                    Some(param) => {
-                        Some(self.param("azimuthal_roughness_deg", Some(param), 7.5, ANGLE_DEG)?)
-                    }
+                    Some(param) => Some(self.param("azimuthal_roughness_deg", Some(param), 7.5, ANGLE_DEG)?),
                     None => None,
                 };
                 Ok(Shader::Deon {
@@ -522,27 +498,17 @@ impl Builder<'_, '_> {
                     0.3,
                     ROUGHNESS,
                 )?,
-                azimuthal: self.param(
-                    "azimuthal_roughness",
-                    look.azimuthal_roughness.as_ref(),
-                    0.3,
-                    ROUGHNESS,
-                )?,
+                azimuthal: self.param("azimuthal_roughness", look.azimuthal_roughness.as_ref(), 0.3, ROUGHNESS)?,
                 tilt_deg: self.param("tilt_deg", look.tilt_deg.as_ref(), -2.0, TILT_DEG)?,
                 ior: self.param("ior", look.ior.as_ref(), 1.55, IOR)?,
             }),
-            ModelKind::Lambertian => Ok(Shader::Lambertian {
-                albedo: self.param("albedo", look.albedo.as_ref(), 0.5, UNIT)?,
-            }),
+            ModelKind::Lambertian => {
+                Ok(Shader::Lambertian { albedo: self.param("albedo", look.albedo.as_ref(), 0.5, UNIT)? })
+            }
             ModelKind::KajiyaKay => self.kajiya_kay(look),
             ModelKind::Hery => Ok(Shader::Hery {
                 tint: self.param("tint", look.tint.as_ref(), 1.0, UNIT)?,
-                roughness_deg: self.param(
-                    "roughness_deg",
-                    look.roughness_deg.as_ref(),
-                    5.0,
-                    ANGLE_DEG,
-                )?,
+                roughness_deg: self.param("roughness_deg", look.roughness_deg.as_ref(), 5.0, ANGLE_DEG)?,
                 tilt_deg: self.param("tilt_deg", look.tilt_deg.as_ref(), -2.0, TILT_DEG)?,
                 mode: match look.mode {
                     None | Some(ModeKind::Truncated) => HeryMode::Truncated,
@@ -595,18 +561,13 @@ impl Builder<'_, '_> {
             let name = model_name(model);
             let path = format!("{}.{key}", self.look);
             let list = quoted_list(allowed.iter().copied());
-            let message =
-                format!("`{path}`: the model `{name}` has no parameter `{key}`; it has {list}");
-            return Err(self
-                .source
-                .at_key(SceneErrorKind::Conflict, &path, message)
-                .suggest(closest(key, allowed)));
+            let message = format!("`{path}`: the model `{name}` has no parameter `{key}`; it has {list}");
+            return Err(self.source.at_key(SceneErrorKind::Conflict, &path, message).suggest(closest(key, allowed)));
         }
         if look.preset.is_some() && !has_pigment {
             let path = format!("{}.preset", self.look);
             let name = model_name(model);
-            let message =
-                format!("`{path}`: presets are pigments, for `deon` and `chiang`; this is `{name}`");
+            let message = format!("`{path}`: presets are pigments, for `deon` and `chiang`; this is `{name}`");
             return Err(self.source.at_key(SceneErrorKind::Conflict, &path, message));
         }
         Ok(())
@@ -694,11 +655,7 @@ impl Builder<'_, '_> {
         let scale = self.finite(&path, "scale", variation.scale.unwrap_or(1.0), (-1e6, 1e6))?;
         let width = f64::from(most) - f64::from(least);
         let random = self.finite(&path, "random", variation.random.unwrap_or(0.0), (0.0, width))?;
-        let noise = variation.noise.clone().unwrap_or(NoiseSection {
-            amount: 0.0,
-            frequency: 1.0,
-            seed: None,
-        });
+        let noise = variation.noise.clone().unwrap_or(NoiseSection { amount: 0.0, frequency: 1.0, seed: None });
         let noise_amount = self.finite(&path, "noise.amount", noise.amount, (0.0, width))?;
         let frequency = self.finite(&path, "noise.frequency", noise.frequency, (0.0, 1e4))?;
         let ramp = self.ramp::<T>(&path, variation.ramp.as_deref(), range)?;
@@ -745,9 +702,7 @@ impl Builder<'_, '_> {
             let path = format!("{path}.{index}");
             // Written so that a NaN is refused too.
             if !(last..=1.0).contains(&u) {
-                let message = format!(
-                    "`{path}` is at {u}; places rise from 0 at the root to 1 at the tip"
-                );
+                let message = format!("`{path}` is at {u}; places rise from 0 at the root to 1 at the tip");
                 return Err(self.source.at_value(SceneErrorKind::OutOfRange, &path, message));
             }
             last = u;

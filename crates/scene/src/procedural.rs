@@ -11,11 +11,7 @@ use crate::source::Source;
 const GRID: usize = 64;
 
 /// Grows the hair of the groom at `path`.
-pub(crate) fn grow(
-    path: &str,
-    section: &ProceduralSection,
-    source: &Source<'_>,
-) -> Result<Groom, SceneError> {
+pub(crate) fn grow(path: &str, section: &ProceduralSection, source: &Source<'_>) -> Result<Groom, SceneError> {
     let path = format!("{path}.procedural");
     let recipe = recipe(section);
     let head = match &section.ellipsoid {
@@ -37,12 +33,8 @@ pub(crate) fn grow(
     };
     groom::grow(&recipe, &head).map_err(|error| {
         let (path, kind) = match &error {
-            GrowError::Value { name, .. } => {
-                (format!("{path}.{}", key_of(name)), SceneErrorKind::OutOfRange)
-            }
-            GrowError::TooManyPoints { .. } => {
-                (format!("{path}.strands"), SceneErrorKind::OutOfRange)
-            }
+            GrowError::Value { name, .. } => (format!("{path}.{}", key_of(name)), SceneErrorKind::OutOfRange),
+            GrowError::TooManyPoints { .. } => (format!("{path}.strands"), SceneErrorKind::OutOfRange),
             _ => (path.clone(), SceneErrorKind::Conflict),
         };
         source.at_value(kind, &path, format!("`{path}`: {error}"))
@@ -50,11 +42,7 @@ pub(crate) fn grow(
 }
 
 /// The ellipsoid as something to grow hair on.
-fn body(
-    path: &str,
-    section: &EllipsoidSection,
-    source: &Source<'_>,
-) -> Result<Head, SceneError> {
+fn body(path: &str, section: &EllipsoidSection, source: &Source<'_>) -> Result<Head, SceneError> {
     let refuse = |key: &str, x: f64, least: f64| {
         let path = format!("{path}.{key}");
         let message = format!("`{path}` is {x}; it must be between {least} and 1000000");
@@ -74,8 +62,7 @@ fn body(
     if !(-1e6..=1e6).contains(&above) {
         return Err(refuse("above", above, -1e6));
     }
-    let [center, radii] =
-        [section.center, section.radii].map(|v| Vec3::from_array(v.map(|x| x as f32)));
+    let [center, radii] = [section.center, section.radii].map(|v| Vec3::from_array(v.map(|x| x as f32)));
     let mut head = Head::from_mesh(Mesh::ellipsoid(center, radii, 4), GRID).map_err(|error| {
         let message = format!("`{path}`: {error}");
         source.at_value(SceneErrorKind::OutOfRange, path, message)

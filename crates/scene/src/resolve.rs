@@ -8,9 +8,8 @@ use math::{Affine3A, Quat, Rgb, Vec3};
 use crate::assets::Assets;
 use crate::error::{SceneError, SceneErrorKind, closest, quoted_list};
 use crate::file::{
-    AxisKind, CameraSection, FilmSection, FilterKind, GroomSection, IntegratorKind, LightKind,
-    LightSection, LookSection, MeshSection, OrbitSection, RenderSection, SceneFile, Tone,
-    TransformSection, WidthSection,
+    AxisKind, CameraSection, FilmSection, FilterKind, GroomSection, IntegratorKind, LightKind, LightSection,
+    LookSection, MeshSection, OrbitSection, RenderSection, SceneFile, Tone, TransformSection, WidthSection,
 };
 use crate::look;
 use crate::procedural;
@@ -29,11 +28,7 @@ const BRIGHTEST: f64 = 1e9;
 const DEFAULT_DIAMETER_UM: f64 = 80.0;
 
 /// The checked scene.
-pub(crate) fn scene(
-    file: &SceneFile,
-    source: &Source<'_>,
-    assets: &dyn Assets,
-) -> Result<Scene, SceneError> {
+pub(crate) fn scene(file: &SceneFile, source: &Source<'_>, assets: &dyn Assets) -> Result<Scene, SceneError> {
     let mut resolver = Resolver { source, assets, unit_m: 1.0, warnings: Vec::new() };
     resolver.scene(file)
 }
@@ -84,11 +79,7 @@ impl Resolver<'_, '_> {
             framed = outline(meshes.iter().flat_map(|m| &m.mesh.positions));
         }
         let aspect = film.width as f32 / film.height as f32;
-        let camera = self.camera(
-            file.camera.as_ref(),
-            &framed,
-            aspect,
-        )?;
+        let camera = self.camera(file.camera.as_ref(), &framed, aspect)?;
         Ok(Scene {
             name: file.scene.name.clone(),
             unit_m: self.unit_m as f32,
@@ -121,12 +112,7 @@ impl Resolver<'_, '_> {
         Ok(RenderSettings {
             samples: self.count("render.samples", render.samples, 1, 1 << 24)?,
             max_depth: self.count("render.max_depth", render.max_depth, 1, 65_535)?,
-            roulette_start: self.count(
-                "render.roulette_start",
-                render.roulette_start,
-                0,
-                u32::MAX,
-            )?,
+            roulette_start: self.count("render.roulette_start", render.roulette_start, 0, u32::MAX)?,
             integrator: render.integrator.into(),
             heuristic: render.heuristic.into(),
             seed: render.seed,
@@ -139,12 +125,7 @@ impl Resolver<'_, '_> {
 
     // --- camera ---------------------------------------------------------------------------------
 
-    fn camera(
-        &self,
-        section: Option<&CameraSection>,
-        framed: &[Vec3],
-        aspect: f32,
-    ) -> Result<Camera, SceneError> {
+    fn camera(&self, section: Option<&CameraSection>, framed: &[Vec3], aspect: f32) -> Result<Camera, SceneError> {
         let automatic = CameraSection::default();
         let section = section.unwrap_or(&automatic);
         let fov_y = self.number("camera.fov_deg", section.fov_deg, 1.0, 170.0)?.to_radians();
@@ -174,8 +155,7 @@ impl Resolver<'_, '_> {
                 Camera { up, ..auto_camera(framed, self.orbit(&orbit)?, fov_y, aspect) }
             }
         };
-        camera.aperture_radius =
-            self.number("camera.aperture_radius", section.aperture_radius, 0.0, FARTHEST)?;
+        camera.aperture_radius = self.number("camera.aperture_radius", section.aperture_radius, 0.0, FARTHEST)?;
         if let Some(distance) = section.focus_distance {
             camera.focus_distance = self.number("camera.focus_distance", distance, 1e-6, FARTHEST)?;
         }
@@ -198,29 +178,17 @@ impl Resolver<'_, '_> {
             None => None,
         };
         let distance = match orbit.distance {
-            Some(distance) => {
-                Some(self.number("camera.orbit.distance", distance, 1e-6, FARTHEST)?)
-            }
+            Some(distance) => Some(self.number("camera.orbit.distance", distance, 1e-6, FARTHEST)?),
             None => None,
         };
         let azimuth = self.number("camera.orbit.azimuth_deg", orbit.azimuth_deg, -1e6, 1e6)?;
-        let elevation =
-            self.number("camera.orbit.elevation_deg", orbit.elevation_deg, -89.0, 89.0)?;
-        Ok(Viewpoint {
-            azimuth: azimuth.to_radians(),
-            elevation: elevation.to_radians(),
-            target,
-            distance,
-        })
+        let elevation = self.number("camera.orbit.elevation_deg", orbit.elevation_deg, -89.0, 89.0)?;
+        Ok(Viewpoint { azimuth: azimuth.to_radians(), elevation: elevation.to_radians(), target, distance })
     }
 
     // --- lights ---------------------------------------------------------------------------------
 
-    fn lights(
-        &mut self,
-        sections: &[LightSection],
-        integrator: IntegratorKind,
-    ) -> Result<Vec<Light>, SceneError> {
+    fn lights(&mut self, sections: &[LightSection], integrator: IntegratorKind) -> Result<Vec<Light>, SceneError> {
         let mut lights = Vec::with_capacity(sections.len().max(1));
         for (index, section) in sections.iter().enumerate() {
             let light = self.light(&format!("light.{index}"), section)?;
@@ -230,22 +198,13 @@ impl Resolver<'_, '_> {
                 _ => false,
             };
             if is_pointlike && integrator == IntegratorKind::BcsdfOnly {
-                self.warnings.push(format!(
-                    "light {index} has no size, so the integrator `bcsdf_only` never finds it"
-                ));
+                self.warnings.push(format!("light {index} has no size, so the integrator `bcsdf_only` never finds it"));
             }
             lights.push(light);
         }
         if lights.is_empty() {
-            self.warnings.push(
-                "the scene has no [[light]]; it is lit by a white environment of radiance 1".into(),
-            );
-            lights.push(Light::Environment {
-                image: None,
-                radiance: Rgb::white(),
-                rotation: 0.0,
-                visible: true,
-            });
+            self.warnings.push("the scene has no [[light]]; it is lit by a white environment of radiance 1".into());
+            lights.push(Light::Environment { image: None, radiance: Rgb::white(), rotation: 0.0, visible: true });
         }
         Ok(lights)
     }
@@ -265,8 +224,7 @@ impl Resolver<'_, '_> {
         let visible = section.visible.unwrap_or(section.kind == LightKind::Environment);
         match section.kind {
             LightKind::Environment => {
-                let rotation =
-                    self.number(&at("rotation_deg"), section.rotation_deg.unwrap_or(0.0), -1e6, 1e6)?;
+                let rotation = self.number(&at("rotation_deg"), section.rotation_deg.unwrap_or(0.0), -1e6, 1e6)?;
                 let image = match &section.file {
                     None => None,
                     Some(file) => {
@@ -330,12 +288,7 @@ impl Resolver<'_, '_> {
     }
 
     /// Where a rectangle faces: its `normal`, or towards its `aim`.
-    fn facing(
-        &self,
-        path: &str,
-        section: &LightSection,
-        center: Vec3,
-    ) -> Result<Vec3, SceneError> {
+    fn facing(&self, path: &str, section: &LightSection, center: Vec3) -> Result<Vec3, SceneError> {
         match (section.aim, section.normal) {
             (Some(_), Some(_)) => {
                 let path = format!("{path}.normal");
@@ -357,30 +310,14 @@ impl Resolver<'_, '_> {
     /// Refuses keys of other kinds of light.
     fn check_light_keys(&self, path: &str, light: &LightSection) -> Result<(), SceneError> {
         let (kind, own): (&str, &[&str]) = match light.kind {
-            LightKind::Environment => {
-                ("environment", &["radiance", "file", "strength", "rotation_deg", "visible"])
-            }
+            LightKind::Environment => ("environment", &["radiance", "file", "strength", "rotation_deg", "visible"]),
             LightKind::Rectangle => (
                 "rectangle",
-                &[
-                    "center",
-                    "aim",
-                    "normal",
-                    "width",
-                    "height",
-                    "radiance",
-                    "strength",
-                    "two_sided",
-                    "visible",
-                ],
+                &["center", "aim", "normal", "width", "height", "radiance", "strength", "two_sided", "visible"],
             ),
-            LightKind::Sphere => {
-                ("sphere", &["center", "radius", "radiance", "strength", "visible"])
-            }
+            LightKind::Sphere => ("sphere", &["center", "radius", "radiance", "strength", "visible"]),
             LightKind::Point => ("point", &["position", "intensity", "strength"]),
-            LightKind::Distant => {
-                ("distant", &["direction", "irradiance", "angle_deg", "strength"])
-            }
+            LightKind::Distant => ("distant", &["direction", "irradiance", "angle_deg", "strength"]),
         };
         let given = [
             ("radiance", light.radiance.is_some()),
@@ -430,10 +367,12 @@ impl Resolver<'_, '_> {
                 Some(_) => 0.01,
                 None => self.unit_m,
             };
-            let place = self.place(&path, &section.transform, section.unit_m.unwrap_or(file_unit))?
-                * up.to_y_up();
+            let place = self.place(&path, &section.transform, section.unit_m.unwrap_or(file_unit))? * up.to_y_up();
             self.check_extent(&path, place, mesh.bounds())?;
             mesh.transform(place);
+            if mesh.normals.is_none() && section.smooth.unwrap_or(true) {
+                mesh.normals = Some(mesh.vertex_normals());
+            }
             let albedo = self.tone(&format!("{path}.albedo"), section.albedo.unwrap_or(Tone::Grey(0.5)), 1.0)?;
             meshes.push(SceneMesh {
                 name: section.name.clone().unwrap_or_else(|| format!("mesh {index}")),
@@ -479,12 +418,7 @@ impl Resolver<'_, '_> {
     }
 
     /// Scale, rotation and translation from units of `unit_m` metres into the scene's.
-    fn place(
-        &self,
-        path: &str,
-        transform: &TransformSection,
-        unit_m: f64,
-    ) -> Result<Affine3A, SceneError> {
+    fn place(&self, path: &str, transform: &TransformSection, unit_m: f64) -> Result<Affine3A, SceneError> {
         self.number(&format!("{path}.unit_m"), unit_m, 1e-9, 1e9)?;
         self.number(&format!("{path}.transform.scale"), transform.scale, 1e-9, 1e9)?;
         let mut angles = [0.0_f32; 3];
@@ -500,12 +434,7 @@ impl Resolver<'_, '_> {
     }
 
     /// Refuses what would end up too far away for the renderers' arithmetic.
-    fn check_extent(
-        &self,
-        path: &str,
-        place: Affine3A,
-        bounds: Option<(Vec3, Vec3)>,
-    ) -> Result<(), SceneError> {
+    fn check_extent(&self, path: &str, place: Affine3A, bounds: Option<(Vec3, Vec3)>) -> Result<(), SceneError> {
         let Some((least, most)) = bounds else { return Ok(()) };
         let reach = least.abs().max(most.abs());
         let far = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| {
@@ -524,12 +453,7 @@ impl Resolver<'_, '_> {
     // --- grooms ---------------------------------------------------------------------------------
 
     /// Which look a groom has.
-    fn look_of(
-        &self,
-        index: usize,
-        section: &GroomSection,
-        names: &[&str],
-    ) -> Result<usize, SceneError> {
+    fn look_of(&self, index: usize, section: &GroomSection, names: &[&str]) -> Result<usize, SceneError> {
         let path = format!("groom.{index}.look");
         match &section.look {
             Some(wanted) => names.iter().position(|name| name == wanted).ok_or_else(|| {
@@ -601,13 +525,7 @@ impl Resolver<'_, '_> {
     }
 
     /// Gives every point its radius.
-    fn widths(
-        &mut self,
-        path: &str,
-        name: &str,
-        width: &WidthSection,
-        groom: &mut Groom,
-    ) -> Result<(), SceneError> {
+    fn widths(&mut self, path: &str, name: &str, width: &WidthSection, groom: &mut Groom) -> Result<(), SceneError> {
         let at = |key: &str| format!("{path}.width.{key}");
         let scale = self.number(&at("scale"), width.scale, 1e-6, 1e6)?;
         let root = self.number(&at("root_scale"), width.root_scale, 0.0, 1e6)?;
@@ -709,12 +627,7 @@ impl Resolver<'_, '_> {
         self.source.at_value(SceneErrorKind::Missing, path, message)
     }
 
-    fn required_point(
-        &self,
-        path: &str,
-        key: &str,
-        p: Option<[f64; 3]>,
-    ) -> Result<Vec3, SceneError> {
+    fn required_point(&self, path: &str, key: &str, p: Option<[f64; 3]>) -> Result<Vec3, SceneError> {
         match p {
             Some(p) => self.point(&format!("{path}.{key}"), p),
             None => Err(self.missing(path, key)),

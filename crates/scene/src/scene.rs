@@ -7,8 +7,7 @@ use math::{Rgb, Vec3};
 use crate::assets::{Assets, EnvironmentImage};
 use crate::error::SceneError;
 use crate::file::{
-    CurveBasisKind, CurveShapeKind, FilterKind, HeuristicKind, IntegratorKind, LightSelectionKind,
-    SceneFile, ViewKind,
+    CurveBasisKind, CurveShapeKind, FilterKind, HeuristicKind, IntegratorKind, LightSelectionKind, SceneFile, ViewKind,
 };
 use crate::look::Look;
 use crate::resolve;
@@ -47,11 +46,7 @@ impl Scene {
     ///
     /// # Errors
     /// The first mistake in text, overrides, values or assets, with its place where it has one.
-    pub fn load(
-        text: &str,
-        overrides: &[String],
-        assets: &dyn Assets,
-    ) -> Result<Self, SceneError> {
+    pub fn load(text: &str, overrides: &[String], assets: &dyn Assets) -> Result<Self, SceneError> {
         let text = Text::new(text, overrides);
         let source = text.parse()?;
         resolve::scene(&source.file()?, &source, assets)
@@ -183,8 +178,13 @@ pub fn auto_camera(points: &[Vec3], view: Viewpoint, fov_y: f32, aspect: f32) ->
 pub(crate) fn outline<'p>(points: impl Iterator<Item = &'p Vec3> + Clone) -> Vec<Vec3> {
     const DIRECTIONS: u32 = 256;
     // Enough to know the outline to a pixel or so, however large the groom.
-    let stride = points.clone().count().div_ceil(40_000).max(1);
-    let points: Vec<Vec3> = points.step_by(stride).copied().collect();
+    // Every so-manieth by chance: a fixed stride would miss the tips of strands of equal length.
+    let stride = points.clone().count().div_ceil(40_000).max(1) as u32;
+    let points: Vec<Vec3> = points
+        .zip(0_u32..)
+        .filter(|&(_, i)| i == 0 || math::hash::mix(i).is_multiple_of(stride))
+        .map(|(&p, _)| p)
+        .collect();
     (0..DIRECTIONS)
         .filter_map(|i| {
             // Spread evenly by the golden angle.

@@ -29,11 +29,7 @@ impl Fault {
 type Part<'t> = (&'t str, Range<usize>);
 
 /// Applies one override, whose text begins at byte `offset` of the whole text.
-pub(crate) fn apply<'t>(
-    root: &mut DeTable<'t>,
-    line: &'t str,
-    offset: usize,
-) -> Result<(), Fault> {
+pub(crate) fn apply<'t>(root: &mut DeTable<'t>, line: &'t str, offset: usize) -> Result<(), Fault> {
     let whole = offset..offset + line.len();
     let Some((path, raw)) = line.split_once('=') else {
         let message = "an override is written `path=value`, such as `look.main.ior=1.5`";
@@ -77,10 +73,7 @@ fn parse_value(raw: &str, offset: usize) -> Result<Spanned<DeValue<'_>>, Fault> 
             let span = span.start + offset..span.end + offset;
             Err(Fault::new(SceneErrorKind::Syntax, span, error.message()))
         }
-        Err(_) => Ok(Spanned::new(
-            offset..offset + text.len(),
-            DeValue::String(Cow::Borrowed(text)),
-        )),
+        Err(_) => Ok(Spanned::new(offset..offset + text.len(), DeValue::String(Cow::Borrowed(text)))),
     }
 }
 
@@ -110,12 +103,7 @@ fn empty_table<'t>(span: Range<usize>) -> Spanned<DeValue<'t>> {
 }
 
 /// Puts `value` at `parts` below `table`, whose own path is `above` (with a dot at its end).
-fn put<'t>(
-    table: &mut DeTable<'t>,
-    above: &str,
-    parts: &[Part<'t>],
-    value: Spanned<DeValue<'t>>,
-) -> Result<(), Fault> {
+fn put<'t>(table: &mut DeTable<'t>, above: &str, parts: &[Part<'t>], value: Spanned<DeValue<'t>>) -> Result<(), Fault> {
     let Some(((name, span), rest)) = parts.split_first() else { return Ok(()) };
     let key = Spanned::new(span.clone(), Cow::Borrowed(*name));
     if rest.is_empty() {
@@ -185,12 +173,7 @@ fn descend<'t>(
 }
 
 /// The index that `name` means in an array: a number, or the `name` of one of its tables.
-fn element(
-    array: &DeArray<'_>,
-    here: &str,
-    name: &str,
-    span: &Range<usize>,
-) -> Result<usize, Fault> {
+fn element(array: &DeArray<'_>, here: &str, name: &str, span: &Range<usize>) -> Result<usize, Fault> {
     let names: Vec<&str> = array
         .iter()
         .map(|value| value.get_ref().get("name").and_then(|name| name.get_ref().as_str()))

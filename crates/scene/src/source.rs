@@ -74,29 +74,18 @@ impl Source<'_> {
     /// The typed form of the text.
     pub(crate) fn file(&self) -> Result<SceneFile, SceneError> {
         let root = toml::Spanned::new(0..0, self.root.clone());
-        let read: Result<SceneFile, _> =
-            serde::Deserialize::deserialize(toml::Deserializer::from(root));
+        let read: Result<SceneFile, _> = serde::Deserialize::deserialize(toml::Deserializer::from(root));
         read.map_err(|error| self.explain(&error))
     }
 
     /// A complaint about the value at `path`; where the path ends early, about what holds it.
-    pub(crate) fn at_value(
-        &self,
-        kind: SceneErrorKind,
-        path: &str,
-        message: impl Into<String>,
-    ) -> SceneError {
+    pub(crate) fn at_value(&self, kind: SceneErrorKind, path: &str, message: impl Into<String>) -> SceneError {
         let place = find(&self.root, path).map(|found| self.text.place(found.value));
         SceneError::new(kind, message).at(place)
     }
 
     /// A complaint about the key at `path` itself.
-    pub(crate) fn at_key(
-        &self,
-        kind: SceneErrorKind,
-        path: &str,
-        message: impl Into<String>,
-    ) -> SceneError {
+    pub(crate) fn at_key(&self, kind: SceneErrorKind, path: &str, message: impl Into<String>) -> SceneError {
         let place = find(&self.root, path).map(|found| self.text.place(found.key));
         SceneError::new(kind, message).at(place)
     }
@@ -164,11 +153,9 @@ fn find(root: &DeTable<'_>, path: &str) -> Option<Found> {
     for part in segments(path) {
         let next = match node {
             Node::Table(table) => table.get_key_value(part).map(|(key, value)| (key.span(), value)),
-            Node::Array(array) => part
-                .parse::<usize>()
-                .ok()
-                .and_then(|index| array.get(index))
-                .map(|value| (value.span(), value)),
+            Node::Array(array) => {
+                part.parse::<usize>().ok().and_then(|index| array.get(index)).map(|value| (value.span(), value))
+            }
             Node::Leaf => None,
         };
         let Some((key, value)) = next else { break };
@@ -190,18 +177,20 @@ fn path_of(table: &DeTable<'_>, span: &Range<usize>) -> Option<String> {
         }
         match value.get_ref() {
             DeValue::Table(table) => path_of(table, span).map(|rest| format!(".{rest}")),
-            DeValue::Array(array) => array.iter().enumerate().find_map(|(index, value)| {
-                within(value, span).map(|rest| format!(".{index}{rest}"))
-            }),
+            DeValue::Array(array) => array
+                .iter()
+                .enumerate()
+                .find_map(|(index, value)| within(value, span).map(|rest| format!(".{index}{rest}"))),
             _ => None,
         }
     }
     table.iter().find_map(|(key, value)| {
         // An array of tables carries the span of its first header, and that header is what is meant.
         let inner = match value.get_ref() {
-            DeValue::Array(array) => array.iter().enumerate().find_map(|(index, value)| {
-                within(value, span).map(|rest| format!(".{index}{rest}"))
-            }),
+            DeValue::Array(array) => array
+                .iter()
+                .enumerate()
+                .find_map(|(index, value)| within(value, span).map(|rest| format!(".{index}{rest}"))),
             _ => None,
         };
         if let Some(rest) = inner {

@@ -181,18 +181,13 @@ fn a_full_scene_resolves_to_radians_scene_units_and_y_up() {
     assert_eq!(scene.render.curve_shape, CurveShape::Ribbon);
     assert_eq!(scene.render.light_selection, LightSelection::Uniform);
 
-    let [environment, rectangle, sphere, point, distant] = &scene.lights[..] else {
-        panic!("{:?}", scene.lights)
-    };
-    let Light::Environment { image: Some(_), radiance, rotation, visible: false } = environment
-    else {
+    let [environment, rectangle, sphere, point, distant] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
+    let Light::Environment { image: Some(_), radiance, rotation, visible: false } = environment else {
         panic!("{environment:?}")
     };
     assert_eq!(*radiance, Rgb::splat(6.0));
     assert!((rotation - std::f32::consts::PI).abs() < 1e-6);
-    let Light::Rectangle { edge_u, edge_v, normal, radiance, two_sided: false, visible: false, .. } =
-        rectangle
-    else {
+    let Light::Rectangle { edge_u, edge_v, normal, radiance, two_sided: false, visible: false, .. } = rectangle else {
         panic!("{rectangle:?}")
     };
     assert_eq!((*normal, *radiance), (Vec3::NEG_Z, Rgb::white()));
@@ -279,7 +274,13 @@ fn mistakes_are_placed_and_mended() {
         ("[[light]]\nradiance = 1.0\n".into(), K::Missing, (1, 1), "`type`", None),
         ("[[light]]\ntype = \"sphere\"\nradius = 1.0\n".into(), K::Missing, (1, 1), "`center`", None),
         ("\n[film]\nwidth = 0\n".into(), K::OutOfRange, (3, 9), "between 1 and 16384", None),
-        ("[camera]\nfov_deg = nan\n[[mesh]]\nfile = \"ball.obj\"".into(), K::OutOfRange, (2, 11), "camera.fov_deg", None),
+        (
+            "[camera]\nfov_deg = nan\n[[mesh]]\nfile = \"ball.obj\"".into(),
+            K::OutOfRange,
+            (2, 11),
+            "camera.fov_deg",
+            None,
+        ),
         (with_look("ior = 0.5"), K::OutOfRange, (5, 7), "`look.main.ior` is 0.5; it must be between 1.01 and 3", None),
         (with_look("ior = { value = 9 }"), K::OutOfRange, (5, 17), "look.main.ior.value", None),
         (with_look("ior = { ramp = [[0.0, 1.5], [1.0, 7.0]] }"), K::OutOfRange, (5, 29), "look.main.ior.ramp.1", None),
@@ -298,24 +299,52 @@ fn mistakes_are_placed_and_mended() {
         ("[[light]]\ntype = \"distant\"\ndirection = [0, 0, 0]\n".into(), K::OutOfRange, (3, 13), "no length", None),
         (
             "[[light]]\ntype = \"rectangle\"\ncenter = [1, 1, 1]\naim = [1, 1, 1]\nwidth = 1\nheight = 1\n".into(),
-            K::OutOfRange, (4, 7), "centre", None,
+            K::OutOfRange,
+            (4, 7),
+            "centre",
+            None,
         ),
         (
             "[camera]\nposition = [1, 1, 1]\ntarget = [1, 1, 1]\n[[mesh]]\nfile = \"ball.obj\"\n".into(),
-            K::Conflict, (3, 1), "nowhere", None,
+            K::Conflict,
+            (3, 1),
+            "nowhere",
+            None,
         ),
         (
-            "[camera]\nposition = [0, 9, 0]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\n[[mesh]]\nfile = \"ball.obj\"\n".into(),
-            K::Conflict, (4, 1), "camera.up", None,
+            "[camera]\nposition = [0, 9, 0]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\n[[mesh]]\nfile = \"ball.obj\"\n"
+                .into(),
+            K::Conflict,
+            (4, 1),
+            "camera.up",
+            None,
         ),
-        ("[[groom]]\nfile = \"two.hair\"\nlook = \"mian\"\n[look.main]\n".into(), K::UnknownName, (3, 8), "mian", Some("main")),
+        (
+            "[[groom]]\nfile = \"two.hair\"\nlook = \"mian\"\n[look.main]\n".into(),
+            K::UnknownName,
+            (3, 8),
+            "mian",
+            Some("main"),
+        ),
         ("[[groom]]\nfile = \"two.hair\"\n[look.a]\n[look.b]\n".into(), K::Missing, (1, 1), "groom.0.look", None),
         ("[[groom]]\nfile = \"gone.hair\"\n".into(), K::Asset, (2, 8), "no such file", None),
         ("[[groom]]\nname = \"x\"\n".into(), K::Missing, (1, 1), "procedural", None),
-        ("[[groom]]\nfile = \"two.hair\"\nwidth = { scale = -2.0 }\n".into(), K::OutOfRange, (3, 19), "groom.0.width.scale", None),
+        (
+            "[[groom]]\nfile = \"two.hair\"\nwidth = { scale = -2.0 }\n".into(),
+            K::OutOfRange,
+            (3, 19),
+            "groom.0.width.scale",
+            None,
+        ),
         ("[[mesh]]\nfile = \"empty.obj\"\n".into(), K::Asset, (2, 8), "no triangles", None),
         ("[[mesh]]\nfile = \"ball.obj\"\nalbedo = 1.5\n".into(), K::OutOfRange, (3, 10), "mesh.0.albedo", None),
-        ("[[mesh]]\nfile = \"ball.obj\"\ntransform = { scale = 1e9, translate = [1e9, 0, 0] }\n".into(), K::OutOfRange, (1, 1), "farther", None),
+        (
+            "[[mesh]]\nfile = \"ball.obj\"\ntransform = { scale = 1e9, translate = [1e9, 0, 0] }\n".into(),
+            K::OutOfRange,
+            (1, 1),
+            "farther",
+            None,
+        ),
         ("[film]\nwidth = 3\n".into(), K::Missing, (0, 0), "nothing to see", None),
     ];
     for (text, kind, at, part, suggestion) in cases {
@@ -555,14 +584,7 @@ fn parameters_vary_apart_unless_they_share_a_seed() {
         let scene = load(&with_look(&look));
         let groom = scene.grooms[0].groom.clone();
         (0..50).all(|strand| {
-            let at = StrandPoint {
-                strand,
-                u: 0.0,
-                point_index: 0,
-                frac: 0.0,
-                attributes: &groom.attributes,
-                seed: 0,
-            };
+            let at = StrandPoint { strand, u: 0.0, point_index: 0, frac: 0.0, attributes: &groom.attributes, seed: 0 };
             let Fiber::Deon(deon) = scene.looks[0].fiber(&at) else { panic!() };
             // With equal concentrations c the absorption is c times that of (1, 1).
             let one = from_melanin(1.0_f32, 1.0, MelaninConstants::Pbrt);
@@ -584,10 +606,7 @@ fn colour_forms_agree_with_the_fiber_crate() {
     let (pbrt, cycles) = (MelaninConstants::Pbrt, MelaninConstants::Cycles);
     assert_eq!(sigma_a("eumelanin = 0.7"), from_melanin(0.7, 0.0, pbrt));
     assert_eq!(sigma_a("pheomelanin = 0.7"), from_melanin(0.0, 0.7, pbrt));
-    assert_eq!(
-        sigma_a("eumelanin = 0.7\nmelanin_constants = \"cycles\""),
-        from_melanin(0.7, 0.0, cycles)
-    );
+    assert_eq!(sigma_a("eumelanin = 0.7\nmelanin_constants = \"cycles\""), from_melanin(0.7, 0.0, cycles));
     assert_eq!(sigma_a("melanin = 0.6\nredness = 0.25"), from_cycles_melanin(0.6, 0.25));
     assert_ne!(
         sigma_a("melanin = 0.6\nmelanin_constants = \"pbrt\""),
@@ -607,8 +626,7 @@ fn every_preset_resolves_and_darker_names_absorb_more() {
         let Fiber::Deon(deon) = scene.looks[0].base() else { panic!() };
         deon.sigma_a.luminance()
     };
-    let from_light_to_dark =
-        ["white", "platinum", "blonde", "light_brown", "brown", "dark_brown", "black"];
+    let from_light_to_dark = ["white", "platinum", "blonde", "light_brown", "brown", "dark_brown", "black"];
     let values = from_light_to_dark.map(absorbed);
     assert!(values.windows(2).all(|w| w[0] < w[1]), "{values:?}");
     for preset in ["auburn", "red", "grey"] {

@@ -9,11 +9,18 @@ use scene::{Camera, FilmSettings, Filter};
 /// Every sample then counts for one pixel only and equally: pixels stay independent.
 #[derive(Clone, Debug)]
 pub(crate) enum PixelFilter {
-    Box { width: f32 },
+    Box {
+        width: f32,
+    },
     /// Cut off at half the width, with a standard deviation of a quarter of it.
-    Gaussian { width: f32 },
+    Gaussian {
+        width: f32,
+    },
     /// The inverse of the distribution function, tabulated.
-    BlackmanHarris { width: f32, inverse: Vec<f32> },
+    BlackmanHarris {
+        width: f32,
+        inverse: Vec<f32>,
+    },
 }
 
 /// Half the width of the Gaussian filter in standard deviations.
@@ -29,9 +36,7 @@ impl PixelFilter {
                 const A: [f64; 4] = [0.358_75, 0.488_29, 0.141_28, 0.011_68];
                 let tau = std::f64::consts::TAU;
                 let below = |x: f64| {
-                    let ripples: f64 = (1..4)
-                        .map(|i| A[i] * (tau * i as f64 * x).sin() / (tau * i as f64))
-                        .sum();
+                    let ripples: f64 = (1..4).map(|i| A[i] * (tau * i as f64 * x).sin() / (tau * i as f64)).sum();
                     0.5 + (A[0] * x + ripples) / A[0]
                 };
                 let n = 1024;

@@ -138,8 +138,7 @@ impl ImageEnvironment {
         if self.total <= 0.0 || sin <= 1e-7 {
             return 0.0;
         }
-        (f64::from(luminance) * f64::from(self.row_sin(row)) / (self.total * 2.0 * std::f64::consts::PI.powi(2)))
-            as f32
+        (f64::from(luminance) * f64::from(self.row_sin(row)) / (self.total * 2.0 * std::f64::consts::PI.powi(2))) as f32
             / sin
     }
 
@@ -204,9 +203,8 @@ mod tests {
     fn the_density_integrates_to_one_and_matches_the_sampler() {
         let env = sky();
         let n = 200_000;
-        let sum: f64 = (0..n)
-            .map(|i| f64::from(env.pdf(warp::uniform_sphere([hash::unit(i, 2), hash::unit(i, 3)]))))
-            .sum();
+        let sum: f64 =
+            (0..n).map(|i| f64::from(env.pdf(warp::uniform_sphere([hash::unit(i, 2), hash::unit(i, 3)])))).sum();
         let integral = sum / f64::from(n) * 4.0 * std::f64::consts::PI;
         // The sun makes the relative deviation of one sample about 15: 4 σ = 0.14.
         assert!((integral - 1.0).abs() < 0.14, "{integral}");

@@ -74,8 +74,7 @@ impl Tracer {
             .map(|m| Triangles { positions: &m.mesh.positions, indices: &m.mesh.triangles })
             .collect();
         let accel = Accel::build(&strands, &triangles, &options);
-        let normals =
-            scene.meshes.iter().map(|m| m.mesh.normals.as_ref().map(|n| Arc::new(n.clone()))).collect();
+        let normals = scene.meshes.iter().map(|m| m.mesh.normals.as_ref().map(|n| Arc::new(n.clone()))).collect();
         let camera = PreparedCamera::new(&scene.camera, &scene.film);
         let bounds = accel.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE));
         let lights = Lights::new(&scene.lights, scene.render.integrator, scene.render.light_selection, bounds);

@@ -31,15 +31,46 @@ pub(crate) struct Met {
 
 #[derive(Debug)]
 enum Emitter {
-    Constant { radiance: Rgb, visible: bool },
-    Image { environment: Box<ImageEnvironment>, visible: bool },
-    Rectangle { center: Vec3, edge_u: Vec3, edge_v: Vec3, normal: Vec3, area: f32, radiance: Rgb, two_sided: bool, visible: bool },
-    Sphere { center: Vec3, radius: f32, radiance: Rgb, visible: bool },
-    Point { position: Vec3, intensity: Rgb },
+    Constant {
+        radiance: Rgb,
+        visible: bool,
+    },
+    Image {
+        environment: Box<ImageEnvironment>,
+        visible: bool,
+    },
+    Rectangle {
+        center: Vec3,
+        edge_u: Vec3,
+        edge_v: Vec3,
+        normal: Vec3,
+        area: f32,
+        radiance: Rgb,
+        two_sided: bool,
+        visible: bool,
+    },
+    Sphere {
+        center: Vec3,
+        radius: f32,
+        radiance: Rgb,
+        visible: bool,
+    },
+    Point {
+        position: Vec3,
+        intensity: Rgb,
+    },
     /// Towards the light; cosine of the half angle; radiance within the cone.
-    Disk { towards: Vec3, one_minus_cos: f32, radiance: Rgb, irradiance: Rgb },
+    Disk {
+        towards: Vec3,
+        one_minus_cos: f32,
+        radiance: Rgb,
+        irradiance: Rgb,
+    },
     /// A single direction.
-    Beam { towards: Vec3, irradiance: Rgb },
+    Beam {
+        towards: Vec3,
+        irradiance: Rgb,
+    },
 }
 
 #[derive(Debug)]
@@ -226,9 +257,7 @@ impl Emitter {
                 let ratio = (radius * radius / p.distance_squared(*center)).min(1.0);
                 radiance.luminance() * 2.0 * PI * (1.0 - (1.0 - ratio).max(0.0).sqrt())
             }
-            Self::Point { position, intensity } => {
-                intensity.luminance() / p.distance_squared(*position).max(1e-12)
-            }
+            Self::Point { position, intensity } => intensity.luminance() / p.distance_squared(*position).max(1e-12),
             Self::Disk { irradiance, .. } | Self::Beam { irradiance, .. } => irradiance.luminance(),
         }
     }

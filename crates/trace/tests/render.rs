@@ -40,8 +40,8 @@ file = "ball"
 
 fn dense_ball() -> Memory {
     let mut assets = Memory::default();
-    // More than ten mean free paths across.
-    assets.grooms.insert("ball", ball(4000, 0.02, 1));
+    // About ten mean free paths across.
+    assets.grooms.insert("ball", ball(4000, 0.015, 1));
     assets
 }
 
@@ -314,8 +314,7 @@ longitudinal_roughness_deg = 10.0
     let joint = Mean::of_picture(&assets, text, &["look.main.weights=joint"], 64);
     let marginal = Mean::of_picture(&assets, text, &["look.main.weights=marginal"], 64);
     joint.expect("joint against marginal", &marginal, 0.0);
-    let light_only =
-        Mean::of_picture(&assets, text, &["render.integrator=light_only", "look.main.weights=joint"], 64);
+    let light_only = Mean::of_picture(&assets, text, &["render.integrator=light_only", "look.main.weights=joint"], 64);
     light_only.expect("lights only against marginal", &marginal, 0.0);
 }
 
@@ -478,7 +477,8 @@ fn lights_with_a_size_follow_their_closed_forms() {
     check_quad(&assets, "within a sphere", &lit_quad(inside), white(PI * 3.0));
 
     // A rectangle by a midpoint rule over its area.
-    for (sides, lit) in [("two_sided = false", true), ("two_sided = true", true), ("normal = [0.5, 2.0, -0.3]", false)] {
+    for (sides, lit) in [("two_sided = false", true), ("two_sided = true", true), ("normal = [0.5, 2.0, -0.3]", false)]
+    {
         let facing = if lit { "aim = [0.1, 0.0, 0.2]\n" } else { "" };
         let text = lit_quad(&format!(
             "type = \"rectangle\"\ncenter = [0.5, 2.0, -0.3]\nwidth = 2.0\nheight = 1.2\nradiance = 3.0\n{facing}{sides}"
@@ -709,15 +709,21 @@ fn looks_that_vary_in_every_parameter_do_no_harm() {
     let colour = "{ attribute = \"colour\", scale = 1.3, random = 0.2 }";
     let pigment = format!("eumelanin = {{ attribute = \"shade\", random = 1.0 }}\npheomelanin = {unit}\n");
     let mut looks = vec![
-        format!("model = \"chiang\"\n{pigment}longitudinal_roughness = {unit}\nazimuthal_roughness = {unit}\ntilt_deg = {tilt}\nior = {ior}"),
+        format!(
+            "model = \"chiang\"\n{pigment}longitudinal_roughness = {unit}\nazimuthal_roughness = {unit}\ntilt_deg = {tilt}\nior = {ior}"
+        ),
         format!("model = \"chiang\"\ncolor = {colour}\nazimuthal_roughness = {unit}"),
         format!("model = \"chiang\"\nmelanin = {unit}\nredness = {unit}"),
         format!("model = \"lambertian\"\nalbedo = {colour}"),
-        format!("model = \"kajiya_kay\"\ndiffuse = {colour}\nspecular = {unit}\nexponent = {{ value = 20.0, random = 300.0 }}"),
+        format!(
+            "model = \"kajiya_kay\"\ndiffuse = {colour}\nspecular = {unit}\nexponent = {{ value = 20.0, random = 300.0 }}"
+        ),
         format!("model = \"kajiya_kay\"\nmode = \"thesis\"\ndiffuse = {colour}\nspecular = {unit}"),
     ];
     for mode in ["truncated", "faithful", "faithful_exact_pdf"] {
-        looks.push(format!("model = \"hery\"\nmode = \"{mode}\"\ntint = {colour}\nroughness_deg = {angle}\ntilt_deg = {tilt}"));
+        looks.push(format!(
+            "model = \"hery\"\nmode = \"{mode}\"\ntint = {colour}\nroughness_deg = {angle}\ntilt_deg = {tilt}"
+        ));
     }
     for weights in ["joint", "marginal", "clamped"] {
         for more in ["", "field = \"far\"", "attenuation = \"known\"\nresidual = false"] {

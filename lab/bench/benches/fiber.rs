@@ -13,12 +13,9 @@ const PAIRS: u32 = 512;
 fn fibers(c: &mut Criterion) {
     let pairs = direction_pairs(PAIRS, 7);
     let models = standard_fibers();
-    let prepared: Vec<(&str, Vec<FiberSetup>)> = models
-        .iter()
-        .map(|(name, model)| (*name, pairs.iter().map(|(hit, _)| model.prepare(hit)).collect()))
-        .collect();
-    let numbers: Vec<[f32; 5]> =
-        (0..PAIRS).map(|i| std::array::from_fn(|d| hash::unit(i, 100 + d as u32))).collect();
+    let prepared: Vec<(&str, Vec<FiberSetup>)> =
+        models.iter().map(|(name, model)| (*name, pairs.iter().map(|(hit, _)| model.prepare(hit)).collect())).collect();
+    let numbers: Vec<[f32; 5]> = (0..PAIRS).map(|i| std::array::from_fn(|d| hash::unit(i, 100 + d as u32))).collect();
 
     let mut group = c.benchmark_group("fiber/prepare");
     group.throughput(Throughput::Elements(PAIRS.into()));

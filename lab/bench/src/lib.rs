@@ -7,7 +7,9 @@
 use std::sync::Arc;
 
 use accel::{Hit, Ray, Strands};
-use fiber::{Attenuation, Chiang, Deon, Dir, Fiber, Field, Hery, HeryMode, KajiyaKay, KajiyaKayMode, Lambertian, Weights};
+use fiber::{
+    Attenuation, Chiang, Deon, Dir, Fiber, Field, Hery, HeryMode, KajiyaKay, KajiyaKayMode, Lambertian, Weights,
+};
 use math::{Rgb, hash, warp};
 use trace::Tracer;
 
@@ -34,14 +36,8 @@ pub fn standard_fibers() -> Vec<(&'static str, Fiber)> {
         ),
         (
             "hery",
-            Hery {
-                tint: Rgb::splat(1.0),
-                beta: 0.1,
-                alpha: -0.03,
-                mode: HeryMode::Truncated,
-                cos_theta_d: false,
-            }
-            .into(),
+            Hery { tint: Rgb::splat(1.0), beta: 0.1, alpha: -0.03, mode: HeryMode::Truncated, cos_theta_d: false }
+                .into(),
         ),
     ]
 }

@@ -66,7 +66,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<bool> {
             look: deon("difference"),
             exact: false,
         },
-        Candidate { name: "d'Eon, attenuation at the known direction", file: "deon_known", look: deon("known"), exact: true },
+        Candidate {
+            name: "d'Eon, attenuation at the known direction",
+            file: "deon_known",
+            look: deon("known"),
+            exact: true,
+        },
     ];
 
     let mut text = format!("# White furnace\n\n    {}\n\n", crate::command_line());
@@ -96,8 +101,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<bool> {
             anyhow::bail!("the hair mask is that of scene.json: the picture must keep its size");
         }
         let hair = scene.grooms.first().context("the scene has no hair")?;
-        let mask =
-            mask.get_or_insert_with(|| Mask::of(&lab.camera, &lab.head, hair.groom.strands(), MIN_HITS));
+        let mask = mask.get_or_insert_with(|| Mask::of(&lab.camera, &lab.head, hair.groom.strands(), MIN_HITS));
         let outcome = lab_scene::render(&scene, args.seed, args.threads.map_or(0, usize::from))?;
         eprintln!("{}: {:.1} s", candidate.name, outcome.elapsed.as_secs_f64());
         let grey: Vec<f64> = outcome
@@ -210,7 +214,13 @@ mod tests {
         let grey: Vec<f64> = (0..64 * 32)
             .map(|i| match (i % 64 < 32, i < 64) {
                 // 0.75 and 1.25 by columns.
-                (true, _) => if i % 2 == 0 { 0.75 } else { 1.25 },
+                (true, _) => {
+                    if i % 2 == 0 {
+                        0.75
+                    } else {
+                        1.25
+                    }
+                }
                 (false, true) => 2.0,
                 (false, false) => 1e9,
             })

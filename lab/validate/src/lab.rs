@@ -206,8 +206,8 @@ impl<'a> Group<'a> {
 
 fn ratio(ours: &Estimate, theirs: &Estimate) -> Estimate {
     let mean = [0, 1, 2].map(|c: usize| ours.mean[c] / theirs.mean[c]);
-    let error = [0, 1, 2]
-        .map(|c: usize| (ours.error[c] / theirs.mean[c]).hypot(mean[c] * theirs.error[c] / theirs.mean[c]));
+    let error =
+        [0, 1, 2].map(|c: usize| (ours.error[c] / theirs.mean[c]).hypot(mean[c] * theirs.error[c] / theirs.mean[c]));
     Estimate { mean, error }
 }
 
@@ -285,10 +285,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<bool> {
     verdicts.push(("every sample is a number".into(), rejected == 0));
 
     let same_mask = mask.count() == peers.mask_pixels;
-    verdicts.push((
-        format!("the hair mask has {} pixels, the peers' {}", mask.count(), peers.mask_pixels),
-        same_mask,
-    ));
+    verdicts.push((format!("the hair mask has {} pixels, the peers' {}", mask.count(), peers.mask_pixels), same_mask));
 
     text += "## Mean hair colour over the mask\n\n";
     text += &format!("Peers: {}; four digits as printed.\n\n", peers.source);
@@ -343,8 +340,7 @@ fn compare_blocks(
             let (row, column) = (index / columns, index % columns);
             let runs: Vec<[f64; 3]> = pictures.iter().map(|p| p.blocks[index]).collect();
             let ours = Estimate::of(&runs);
-            let theirs =
-                Estimate { mean: reference.mean[row][column], error: reference.standard_error[row][column] };
+            let theirs = Estimate { mean: reference.mean[row][column], error: reference.standard_error[row][column] };
             let deviations = [0, 1, 2].map(|c| Deviation::of(&ours, &theirs, c));
             Block { column, row, hair, ours, theirs, deviations }
         })
@@ -383,11 +379,8 @@ fn compare_blocks(
     for g in &groups {
         let all = |test: fn(&Deviation) -> bool| g.blocks.iter().filter(|b| b.deviations.iter().all(test)).count();
         let channels = || g.blocks.iter().flat_map(|b| (0..3_usize).map(move |c| (*b, c)));
-        let error = median(
-            channels()
-                .map(|(b, c)| b.ours.error[c].hypot(b.theirs.error[c]) / b.theirs.mean[c])
-                .collect(),
-        );
+        let error =
+            median(channels().map(|(b, c)| b.ours.error[c].hypot(b.theirs.error[c]) / b.theirs.mean[c]).collect());
         let difference = median(channels().map(|(b, c)| b.deviations[c].relative.abs()).collect());
         let z: Vec<f64> = channels().map(|(b, c)| b.deviations[c].z).collect();
         let n = z.len() as f64;
@@ -408,11 +401,10 @@ fn compare_blocks(
 
     let mut worst: Vec<&Block> = blocks.iter().filter(|b| b.hair > 0).collect();
     worst.sort_by(|a, b| b.worst_z().total_cmp(&a.worst_z()));
-    *text += &format!(
-        "\nThe {} blocks with the largest z (position: left and top pixel):\n\n",
-        worst.len().min(LISTED)
-    );
-    *text += "| position | hair | ours | reference | relative difference, % | z | agrees |\n|---|---|---|---|---|---|---|\n";
+    *text +=
+        &format!("\nThe {} blocks with the largest z (position: left and top pixel):\n\n", worst.len().min(LISTED));
+    *text +=
+        "| position | hair | ours | reference | relative difference, % | z | agrees |\n|---|---|---|---|---|---|---|\n";
     for b in worst.iter().take(LISTED) {
         *text += &format!(
             "| {}, {} | {:.0} % | {} | {} | {} | {} | {} |\n",

@@ -118,9 +118,9 @@ impl LabScene {
 
     /// The material of that name.
     pub(crate) fn material(&self, name: &str) -> anyhow::Result<&Material> {
-        self.materials.get(name).with_context(|| {
-            format!("the scene has no material {name:?}, but {}", keys(&self.materials))
-        })
+        self.materials
+            .get(name)
+            .with_context(|| format!("the scene has no material {name:?}, but {}", keys(&self.materials)))
     }
 
     /// The scene as a scene file of ours; the groom's path is relative to the lab's folder.

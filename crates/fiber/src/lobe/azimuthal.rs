@@ -1,9 +1,10 @@
 //! Densities over the azimuth of the scattered direction.
 
-use math::{Real, normal, wrap_angle};
+use math::{Real, normal};
 
 use super::attenuation::Optics;
 use crate::quadrature::rule;
+use crate::wrap_angle;
 
 /// A Gaussian of standard deviation `sigma` wrapped around the circle, at `x` in `[-π, π]`; per radian.
 #[inline]
@@ -162,10 +163,13 @@ mod tests {
         for s in [0.01, 0.1, 0.5, 1.0, 3.0, 10.0] {
             let parts = |f: &dyn Fn(f64) -> f64| {
                 let edges = [-PI, -10.0 * s, -s, 0.0, s, 10.0 * s, PI];
-                edges.windows(2).map(|e| {
-                    let (a, b) = (e[0].clamp(-PI, PI), e[1].clamp(-PI, PI));
-                    if b > a { integrate(a, b, 256, f) } else { 0.0 }
-                }).sum::<f64>()
+                edges
+                    .windows(2)
+                    .map(|e| {
+                        let (a, b) = (e[0].clamp(-PI, PI), e[1].clamp(-PI, PI));
+                        if b > a { integrate(a, b, 256, f) } else { 0.0 }
+                    })
+                    .sum::<f64>()
             };
             assert!((parts(&|x| wrapped_gaussian(s, x)) - 1.0).abs() < 1e-10, "{s}");
             assert!((parts(&|x| trimmed_logistic(s, x)) - 1.0).abs() < 1e-10, "{s}");
@@ -178,8 +182,10 @@ mod tests {
             for i in 1..200 {
                 let xi = f64::from(i) / 200.0;
                 let x = sample_trimmed_logistic(s, xi);
-                let below = integrate(-std::f64::consts::PI, x.min(-5.0 * s).max(-std::f64::consts::PI), 256, |t| trimmed_logistic(s, t))
-                    + integrate(x.min(-5.0 * s).max(-std::f64::consts::PI), x, 256, |t| trimmed_logistic(s, t));
+                let below =
+                    integrate(-std::f64::consts::PI, x.min(-5.0 * s).max(-std::f64::consts::PI), 256, |t| {
+                        trimmed_logistic(s, t)
+                    }) + integrate(x.min(-5.0 * s).max(-std::f64::consts::PI), x, 256, |t| trimmed_logistic(s, t));
                 assert!((below - xi).abs() < 1e-7, "s {s}, xi {xi}: {below}");
             }
         }
@@ -197,11 +203,14 @@ mod tests {
                     let phi = -3.1 + f64::from(i) * 0.155;
                     let mut got = 0.0;
                     windows(&optics, p, beta, phi, |gamma, w| got += w * (1.0 + gamma.sin()));
-                    let want: f64 = dense.iter().map(|&(x, w)| {
-                        let gamma = x * std::f64::consts::FRAC_PI_2;
-                        let d = wrapped_at(beta, phi, optics.exit_azimuth(p, gamma));
-                        0.5 * w * std::f64::consts::FRAC_PI_2 * gamma.cos() * d * (1.0 + gamma.sin())
-                    }).sum();
+                    let want: f64 = dense
+                        .iter()
+                        .map(|&(x, w)| {
+                            let gamma = x * std::f64::consts::FRAC_PI_2;
+                            let d = wrapped_at(beta, phi, optics.exit_azimuth(p, gamma));
+                            0.5 * w * std::f64::consts::FRAC_PI_2 * gamma.cos() * d * (1.0 + gamma.sin())
+                        })
+                        .sum();
                     assert!((got - want).abs() < 1e-6 + 1e-5 * want, "p {p}, phi {phi}: {got} and {want}");
                 }
             }

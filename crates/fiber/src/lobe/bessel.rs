@@ -50,7 +50,6 @@ fn chebyshev(c: &[f64], t: f64) -> f64 {
     t * b1 - b2 + 0.5 * c[0]
 }
 
-
 #[rustfmt::skip]
 #[expect(clippy::excessive_precision, clippy::unreadable_literal, reason = "fitted coefficients, as printed by the fit")]
 const SMALL: [f64; 30] = [

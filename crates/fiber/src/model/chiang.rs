@@ -12,12 +12,13 @@
 //! | `A_p` | attenuation of lobe `p` at `(θ_k, h)` |
 //! | `q_p` | probability of lobe `p`, its share of the luminance |
 
-use math::{Real, Rgb, wrap_angle};
+use math::{Real, Rgb};
 
 use super::{DIMS, Lobes, Model, RESIDUAL, Sample, Scatter, finish};
 use crate::lobe::attenuation::{Optics, Path};
 use crate::lobe::azimuthal::{sample_trimmed_logistic, trimmed_logistic};
 use crate::lobe::longitudinal::{self, Cone, MIN_VARIANCE};
+use crate::wrap_angle;
 use crate::{Dir, Hit};
 
 /// The model of Chiang et al.
@@ -39,13 +40,7 @@ impl<F: Real> Chiang<F> {
     /// Hair with this absorption and everything else at its default: both roughnesses 0.3, scales
     /// leaning 2 degrees to the root.
     pub fn with_absorption(sigma_a: Rgb<F>) -> Self {
-        Self {
-            beta_m: F::of(0.3),
-            beta_n: F::of(0.3),
-            alpha: F::of(-2.0_f64.to_radians()),
-            eta: F::of(1.55),
-            sigma_a,
-        }
+        Self { beta_m: F::of(0.3), beta_n: F::of(0.3), alpha: F::of(-2.0_f64.to_radians()), eta: F::of(1.55), sigma_a }
     }
 
     /// Longitudinal variances of R, TT, TRT and the residual lobe, rad².

@@ -20,7 +20,7 @@
 //! | `D` | wrapped Gaussian of standard deviation `β_N,p` |
 //! | `w_p(h)` | probability of lobe `p` at offset `h`: its share of the specular attenuation |
 
-use math::{Real, Rgb, wrap_angle};
+use math::{Real, Rgb};
 
 use super::chiang::pick;
 use super::{DIMS, Lobes, MIN_PDF, Model, RESIDUAL, Sample, Scatter, finish};
@@ -29,6 +29,7 @@ use crate::lobe::attenuation::Optics;
 use crate::lobe::azimuthal::{self, standard_normal, wrapped_gaussian};
 use crate::lobe::longitudinal::{self, Cone, MIN_VARIANCE};
 use crate::quadrature::{Rule, rule};
+use crate::wrap_angle;
 use crate::{Dir, Hit};
 
 /// Which inclination the attenuation and the exit azimuth are taken at.

@@ -68,8 +68,7 @@ fn ln_gamma(mut x: f64) -> f64 {
         x += 1.0;
     }
     let x2 = 1.0 / (x * x);
-    let tail = 1.0 / (12.0 * x)
-        * (1.0 - x2 * (1.0 / 30.0 - x2 * (1.0 / 105.0 - x2 * (1.0 / 140.0 - x2 / 99.0))));
+    let tail = 1.0 / (12.0 * x) * (1.0 - x2 * (1.0 / 30.0 - x2 * (1.0 / 105.0 - x2 * (1.0 / 140.0 - x2 / 99.0))));
     shift + (x - 0.5) * x.ln() - x + 0.5 * std::f64::consts::TAU.ln() + tail
 }
 
@@ -80,9 +79,7 @@ impl<F: Real> Model<F> for KajiyaKay<F> {
         let m = self.exponent.f64();
         let c_m = gamma_ratio(m, 2.0, 1.0) / std::f64::consts::PI.sqrt();
         let (specular_scale, diffuse_energy, specular_energy) = match self.mode {
-            KajiyaKayMode::Normalised => {
-                (gamma_ratio(m, 4.0, 3.0) / (2.0 * std::f64::consts::PI.powf(1.5)), 1.0, 1.0)
-            }
+            KajiyaKayMode::Normalised => (gamma_ratio(m, 4.0, 3.0) / (2.0 * std::f64::consts::PI.powf(1.5)), 1.0, 1.0),
             KajiyaKayMode::Thesis => (1.0, std::f64::consts::PI.powi(2), std::f64::consts::TAU / c_m),
         };
         let d = self.diffuse.luminance() * F::of(diffuse_energy);
@@ -132,9 +129,7 @@ impl<F: Real> Scatter<F> for KajiyaKaySetup<F> {
     fn eval(&self, s: Dir<F>) -> Lobes<F> {
         let cone = self.cone(s.theta());
         let (d, c) = match self.model.mode {
-            KajiyaKayMode::Normalised => {
-                (s.cos_theta / F::PI().sqr(), self.specular_scale * cone * s.cos_theta)
-            }
+            KajiyaKayMode::Normalised => (s.cos_theta / F::PI().sqr(), self.specular_scale * cone * s.cos_theta),
             KajiyaKayMode::Thesis => (s.cos_theta, self.specular_scale * cone),
         };
         let mut lobes = Lobes::only(RESIDUAL, self.model.diffuse * d);

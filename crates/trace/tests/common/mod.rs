@@ -152,7 +152,10 @@ impl Mean {
     pub(crate) fn expect(&self, what: &str, want: &Self, slack: f64) {
         let off = (self.mean - want.mean).map(|x: f64| x.abs());
         let allowed = self.error.zip(want.error, |a: f64, b: f64| 4.0 * a.hypot(b) + slack);
-        println!("{what}: {:.5?} +- {:.5?}, wanted {:.5?} +- {:.5?}", self.mean.0, self.error.0, want.mean.0, want.error.0);
+        println!(
+            "{what}: {:.5?} +- {:.5?}, wanted {:.5?} +- {:.5?}",
+            self.mean.0, self.error.0, want.mean.0, want.error.0
+        );
         // Written so that a NaN fails too.
         assert!(
             off.0.iter().zip(allowed.0).all(|(off, allowed)| *off <= allowed),

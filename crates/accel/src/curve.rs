@@ -4,7 +4,7 @@ use std::ops::{Add, Mul};
 
 /// Point at `t` in `[0, 1]` of the Catmull-Rom span from `p[1]` to `p[2]`.
 #[inline]
-pub fn catmull_rom<V: Copy + Add<Output = V> + Mul<f32, Output = V>>(p: [V; 4], t: f32) -> V {
+pub(crate) fn catmull_rom<V: Copy + Add<Output = V> + Mul<f32, Output = V>>(p: [V; 4], t: f32) -> V {
     let (t2, t3) = (t * t, t * t * t);
     p[0] * (-0.5 * t3 + t2 - 0.5 * t)
         + p[1] * (1.5 * t3 - 2.5 * t2 + 1.0)
@@ -14,7 +14,7 @@ pub fn catmull_rom<V: Copy + Add<Output = V> + Mul<f32, Output = V>>(p: [V; 4], 
 
 /// Derivative by `t` of [`catmull_rom`].
 #[inline]
-pub fn catmull_rom_derivative<V: Copy + Add<Output = V> + Mul<f32, Output = V>>(p: [V; 4], t: f32) -> V {
+pub(crate) fn catmull_rom_derivative<V: Copy + Add<Output = V> + Mul<f32, Output = V>>(p: [V; 4], t: f32) -> V {
     let t2 = t * t;
     p[0] * (-1.5 * t2 + 2.0 * t - 0.5)
         + p[1] * (4.5 * t2 - 5.0 * t)
