@@ -347,7 +347,11 @@ fn split(part: Part<'_>, depth: usize) -> (Node, Vec<Part<'_>>) {
             .iter()
             .enumerate()
             .filter(|(_, part)| part.refs.len() > WIDTH)
-            .map(|(i, part)| (i, part.extent.bounds.half_area() * part.refs.len() as f32))
+            .map(|(i, part)| {
+                // Deep down only the count matters: it bounds the depth, and so the stack.
+                let area = if depth < SAH_DEPTH { part.extent.bounds.half_area() } else { 1.0 };
+                (i, area * part.refs.len() as f32)
+            })
             .reduce(|a, b| if b.1 > a.1 { b } else { a })
         else {
             break;

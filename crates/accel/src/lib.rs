@@ -126,6 +126,9 @@ pub struct StrandHit {
     pub tangent: Vec3,
     /// Unit vector from the axis to the hit, across the strand.
     pub normal: Vec3,
+    /// From the axis to `position`, across the strand: on the surface of a round strand, within the plane of
+    /// a ribbon.
+    pub offset: Vec3,
     /// Offset across the strand in `[-1, 1]`: `-N·t` with `t = normalize(tangent × towards the viewer)`.
     pub h: f32,
     /// Radius of the strand here.
@@ -138,11 +141,12 @@ impl StrandHit {
     #[inline]
     pub fn leave(&self, dir: Vec3) -> Leaving {
         let across = dir - self.tangent * self.tangent.dot(dir);
-        let inwards = -self.normal.dot(across);
-        // Chord of the infinite cylinder: 2 r (-n·d⊥)/|d⊥|². Along the fiber it grows without bound; a
-        // real strand has curved away long before 200 radii.
-        let chord = if inwards > 0.0 { 2.0 * self.radius * inwards / across.length_squared().max(1e-12) } else { 0.0 };
-        Leaving { strand: self.strand, distance: (1.05 * chord + 2.0 * self.radius).min(200.0 * self.radius) }
+        // Where the ray leaves the infinite cylinder: |o + t d⊥| = r. Along the fiber it grows without
+        // bound; a real strand has curved away long before 200 radii.
+        let (b, q) = (self.offset.dot(across), across.length_squared().max(1e-12));
+        let inside = (self.radius * self.radius - self.offset.length_squared()).max(0.0);
+        let exit = ((-b + (b * b + q * inside).sqrt()) / q).max(0.0);
+        Leaving { strand: self.strand, distance: (1.05 * exit + 2.0 * self.radius).min(200.0 * self.radius) }
     }
 }
 

@@ -256,9 +256,10 @@ impl Geometry for StrandGeometry {
                 let k1 = k2 * oz - (ex * ox + ey * oy) * ez + ez * rr * ra;
                 let k0 = wx * wx + wy * wy + wz * wz - rr * rr * m5 + m1 * rr * ra * 2.0 - m0 * ra * ra;
                 let h = k1 * k1 - k0 * k2;
-                let body_t = (zero - h.max(zero).sqrt() - k1) / k2.max(1e-30);
+                let body_t = (zero - h.max(zero).sqrt() - k1) / k2;
                 let y = m1 - ra * rr + body_t * ez;
-                let steep = k2.simd_le(m0 * 1e-9);
+                // Nearly along the slant the body has no root; the spheres at the ends take over.
+                let steep = k2.abs().simd_le(m0 * 1e-9);
                 let body = h.simd_ge(zero) & y.simd_gt(zero) & y.simd_lt(d2) & !steep;
 
                 let (h_a, h_b) = (ra * ra - (ax * ax + ay * ay), rb * rb - (bx * bx + by * by));
@@ -323,9 +324,12 @@ impl Bvh<StrandGeometry> {
             let back = -ray.dir;
             (back - tangent * tangent.dot(back)).normalize_or(math::Frame::around(tangent).v)
         };
-        let normal = match geometry.shape {
-            Shape::Ribbon => facing,
-            Shape::Round => (radial - tangent * tangent.dot(radial)).normalize_or(facing),
+        let (normal, offset) = match geometry.shape {
+            Shape::Ribbon => (facing, tangent.cross(facing) * (-h * radius)),
+            Shape::Round => {
+                let normal = (radial - tangent * tangent.dot(radial)).normalize_or(facing);
+                (normal, normal * radius)
+            }
         };
 
         let set = geometry.firsts.partition_point(|&(first, _)| first as usize <= strand) - 1;
@@ -340,6 +344,7 @@ impl Bvh<StrandGeometry> {
             position: ray.origin + ray.dir * found.t,
             tangent,
             normal,
+            offset,
             h,
             radius,
         }

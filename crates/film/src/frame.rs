@@ -90,7 +90,7 @@ pub struct Sample {
     pub beauty: Rgb,
     /// Opacity, `0..=1`: 0 if the ray left the scene, 1 if it was stopped.
     pub alpha: f32,
-    /// The part of `beauty` that came from a light in one bounce.
+    /// The part of `beauty` that came from a light in one bounce, or straight from it.
     pub direct: Rgb,
     /// The part of `beauty` that came in more bounces.
     pub indirect: Rgb,
@@ -100,7 +100,7 @@ pub struct Sample {
     pub depth: f32,
     /// Tangent of the strand at the first hit, root to tip; zero off hair.
     pub tangent: Vec3,
-    /// Reflectance of the first hit, `0..=1` per channel.
+    /// Reflectance of the first hit per channel; its mean lies in `0..=1`, one sample's may lie above.
     pub albedo: Rgb,
     /// Index of the strand at the first hit; [`NO_STRAND`] off hair.
     pub strand: u32,

@@ -436,6 +436,18 @@ fn preset_pigment(preset: PresetKind) -> (Param, Param) {
     (Param::from(eumelanin), Param::from(pheomelanin))
 }
 
+/// The number that a parameter is or varies around, if it says so.
+fn middle(param: &Param) -> Option<f64> {
+    match param {
+        Param::Constant(Tone::Grey(x)) => Some(*x),
+        Param::Varying(variation) => match variation.value {
+            Some(Tone::Grey(x)) => Some(x),
+            _ => None,
+        },
+        Param::Constant(Tone::Colour(_)) => None,
+    }
+}
+
 /// A random stream for the parameter `key`, or for the seed that the user gave.
 fn stream(key: &str, seed: Option<u32>, salt: u32) -> u32 {
     let word = seed.unwrap_or_else(|| {
@@ -460,7 +472,10 @@ impl Builder<'_, '_> {
         match model {
             ModelKind::Deon => {
                 let azimuthal_deg = match &look.azimuthal_roughness_deg {
-                    Some(param) => Some(self.param("azimuthal_roughness_deg", Some(param), 7.5, ANGLE_DEG)?),
+                    Some(param) => {
+                        let like = look.longitudinal_roughness_deg.as_ref().and_then(middle).unwrap_or(7.5);
+                        Some(self.param("azimuthal_roughness_deg", Some(param), like, ANGLE_DEG)?)
+                    }
                     None => None,
                 };
                 Ok(Shader::Deon {
@@ -533,7 +548,7 @@ impl Builder<'_, '_> {
         };
         let brown = Param::Constant(Tone::Colour([0.4, 0.25, 0.15]));
         let diffuse = look.diffuse.as_ref().unwrap_or(&brown);
-        let diffuse: Varying<Rgb> = self.param("diffuse", Some(diffuse), 0.0, UNIT)?;
+        let diffuse: Varying<Rgb> = self.param("diffuse", Some(diffuse), 0.25, UNIT)?;
         let specular: Varying<Rgb> = self.param("specular", look.specular.as_ref(), 0.2, UNIT)?;
         let exponent = self.param("exponent", look.exponent.as_ref(), 25.0, EXPONENT)?;
         let most = (diffuse.base + specular.base).max_channel();
@@ -622,11 +637,14 @@ impl Builder<'_, '_> {
             None if concentrations => (Param::from(0.0), Param::from(0.0)),
             None => preset_pigment(PresetKind::Brown),
         };
+        // What varies without saying around what varies around the preset, if there is one.
+        let around = |preset: &Param, brown| if look.preset.is_some() { middle(preset).unwrap_or(brown) } else { brown };
+        let (e, p) = (around(&eumelanin, 1.3), around(&pheomelanin, 0.2));
         let eumelanin = look.eumelanin.as_ref().unwrap_or(&eumelanin);
         let pheomelanin = look.pheomelanin.as_ref().unwrap_or(&pheomelanin);
         Ok(Pigment::Concentrations {
-            eumelanin: self.param("eumelanin", Some(eumelanin), 1.3, CONCENTRATION)?,
-            pheomelanin: self.param("pheomelanin", Some(pheomelanin), 0.2, CONCENTRATION)?,
+            eumelanin: self.param("eumelanin", Some(eumelanin), e, CONCENTRATION)?,
+            pheomelanin: self.param("pheomelanin", Some(pheomelanin), p, CONCENTRATION)?,
             constants: constants(MelaninConstants::Pbrt),
         })
     }

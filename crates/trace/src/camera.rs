@@ -130,10 +130,11 @@ mod tests {
     #[test]
     fn filters_are_centred_and_as_wide_as_asked() {
         for (filter, deviation) in [
-            // Standard deviations per unit of width: 1/√12, a truncated Gaussian at 2σ, the window's own.
+            // Standard deviations per unit of width: 1/√12, a Gaussian cut at 2σ, and for the window
+            // √([a0/12 + Σ (-1)^i a_i/(2π²i²)]/a0).
             (Filter::Box, 0.288_7),
             (Filter::Gaussian, 0.219_9),
-            (Filter::BlackmanHarris, 0.126_0),
+            (Filter::BlackmanHarris, 0.138_5),
         ] {
             let f = PixelFilter::new(filter, 1.5);
             let n = 100_000;

@@ -38,6 +38,7 @@ impl ImageEnvironment {
     pub(crate) fn new(image: Arc<EnvironmentImage>, scale: Rgb, rotation: f32) -> Self {
         let (w, h) = (image.width as usize, image.height as usize);
         let luminance: Vec<f32> = image.pixels.iter().map(|&p| (p * scale).luminance()).collect();
+        let rotation = rotation.rem_euclid(TAU);
         let mut this = Self { image, scale, rotation, luminance, rows: Vec::new(), columns: Vec::new(), total: 0.0 };
         let (mut rows, mut columns) = (vec![0.0_f64], Vec::with_capacity((h + 1) * (w + 1)));
         for row in 0..=h {

@@ -204,8 +204,8 @@ impl Tracer {
     }
 }
 
-/// What sample `index` of pixel `(x, y)` sees.
-pub(crate) fn trace(tracer: &Tracer, x: u32, y: u32, index: u32) -> Sample {
+/// What sample `index` of pixel `(x, y)` sees, and how many rays it took.
+pub(crate) fn trace(tracer: &Tracer, x: u32, y: u32, index: u32) -> (Sample, u64) {
     let settings = &tracer.scene.render;
     let sampler = Sampler::new(x, y, index, settings.seed);
     let integrator = settings.integrator;
@@ -273,7 +273,8 @@ pub(crate) fn trace(tracer: &Tracer, x: u32, y: u32, index: u32) -> Sample {
                 let arriving = light.radiance * (w / light.pdf);
                 if !(value.sum() * arriving).is_black() {
                     let mut shadow = vertex.ray(light.dir);
-                    shadow.t_max = light.distance * 0.9999;
+                    // Lights are not in the way of rays, so the whole distance counts.
+                    shadow.t_max = light.distance;
                     rays += 1;
                     if !tracer.accel.occluded(&shadow) {
                         if vertex_index == 0 {
@@ -338,6 +339,5 @@ pub(crate) fn trace(tracer: &Tracer, x: u32, y: u32, index: u32) -> Sample {
         last = Some(next);
         vertex_index += 1;
     }
-    tracer.rays.fetch_add(rays, std::sync::atomic::Ordering::Relaxed);
-    tally.out
+    (tally.out, rays)
 }

@@ -99,7 +99,7 @@ impl Tracer {
 
     /// What sample `index` of pixel `(x, y)` sees.
     pub fn sample(&self, x: u32, y: u32, index: u32) -> film::Sample {
-        integrator::trace(self, x, y, index)
+        integrator::trace(self, x, y, index).0
     }
 
     /// Adds samples `from..to` to every pixel of the film, whose size must be the scene's. Stops early,
@@ -116,17 +116,20 @@ impl Tracer {
                 if cancel.load(Ordering::Relaxed) {
                     return;
                 }
+                let mut rays = 0;
                 for row in 0..rows {
                     for x in left..(left + ROWS).min(width) {
                         let y = band * ROWS + row;
                         for index in from..to {
-                            let sample = self.sample(x as u32, y as u32, index);
+                            let (sample, count) = integrator::trace(self, x as u32, y as u32, index);
+                            rays += count;
                             pixels[row * width + x].add(&sample);
                         }
                     }
                 }
+                self.rays.fetch_add(rays, Ordering::Relaxed);
                 let columns = (left + ROWS).min(width) - left;
-                self.samples.fetch_add((rows * columns) as u64 * u64::from(to - from), Ordering::Relaxed);
+                self.samples.fetch_add((rows * columns) as u64 * u64::from(to.saturating_sub(from)), Ordering::Relaxed);
             }
         });
     }
@@ -136,7 +139,7 @@ impl Tracer {
         self.samples.load(Ordering::Relaxed)
     }
 
-    /// Rays traced so far, shadow rays included.
+    /// Rays traced by [`render`](Self::render) so far, shadow rays included.
     pub fn rays(&self) -> u64 {
         self.rays.load(Ordering::Relaxed)
     }

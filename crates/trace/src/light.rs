@@ -81,9 +81,12 @@ pub(crate) struct Lights {
     /// Fixed weights for power and uniform selection.
     fixed: Vec<f32>,
     selection: LightSelection,
-    /// Only lights at infinity, whose choice does not depend on the place.
+    /// Whether any light takes light samples.
     any_sampled: bool,
 }
+
+/// Share of the choices that is spread evenly over the lights, relative to the rest.
+const FLOOR: f32 = 0.1;
 
 /// Below this half angle a disk in the sky is a single direction.
 const SMALLEST_DISK: f32 = 1e-3;
@@ -131,13 +134,32 @@ impl Lights {
         }
     }
 
+    /// Sum of the chances before they are normalised, and what every light that shines here gets on top:
+    /// the estimate knows no shadows, so the strongest light must not take all samples.
+    #[inline]
+    fn total(&self, p: Vec3) -> (f32, f32) {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for i in 0..self.emitters.len() {
+            let w = self.weight(i, p);
+            if w > 0.0 {
+                sum += w;
+                count += 1.0;
+            }
+        }
+        match self.selection {
+            LightSelection::Contribution if count > 0.0 => (sum * (1.0 + FLOOR), sum * FLOOR / count),
+            _ => (sum, 0.0),
+        }
+    }
+
     /// Chance of choosing `light` at `p`.
     fn chance(&self, light: usize, p: Vec3) -> f32 {
         let own = self.weight(light, p);
         if own <= 0.0 {
             return 0.0;
         }
-        own / (0..self.emitters.len()).map(|i| self.weight(i, p)).sum::<f32>()
+        let (total, floor) = self.total(p);
+        (own + floor) / total
     }
 
     /// Draws a light and a direction towards it from `p`.
@@ -145,7 +167,7 @@ impl Lights {
         if !self.any_sampled {
             return None;
         }
-        let total: f32 = (0..self.emitters.len()).map(|i| self.weight(i, p)).sum();
+        let (total, floor) = self.total(p);
         if !(total > 0.0) {
             return None;
         }
@@ -153,6 +175,7 @@ impl Lights {
         let mut chosen = None;
         for i in 0..self.emitters.len() {
             let w = self.weight(i, p);
+            let w = if w > 0.0 { w + floor } else { 0.0 };
             if w > 0.0 {
                 chosen = Some((i, w));
                 if left < w {
@@ -254,8 +277,7 @@ impl Emitter {
                 radiance.luminance() * (0.2 * sum).min(2.0 * PI)
             }
             Self::Sphere { center, radius, radiance, .. } => {
-                let ratio = (radius * radius / p.distance_squared(*center)).min(1.0);
-                radiance.luminance() * 2.0 * PI * (1.0 - (1.0 - ratio).max(0.0).sqrt())
+                radiance.luminance() * 2.0 * PI * sphere_cap(p.distance_squared(*center), radius * radius)
             }
             Self::Point { position, intensity } => intensity.luminance() / p.distance_squared(*position).max(1e-12),
             Self::Disk { irradiance, .. } | Self::Beam { irradiance, .. } => irradiance.luminance(),

@@ -261,12 +261,12 @@ fn all_integrators_make_the_same_picture() {
         ["render.integrator=light_only", "render.heuristic=power"],
         ["render.light_selection=power", "render.heuristic=power"],
         ["render.light_selection=uniform", "render.heuristic=balance"],
-        ["render.light_selection=uniform", "render.integrator=light_only"],
+        ["render.light_selection=power", "render.integrator=light_only"],
     ] {
         let mean = picture(&set);
         // So loose a comparison would prove nothing.
         let loose = mean.error.zip(mean.mean, |error: f64, mean: f64| error / mean).max_channel();
-        assert!(loose < 0.015, "{set:?}: the error is {loose} of the mean");
+        assert!(loose < 0.02, "{set:?}: the error is {loose} of the mean");
         // Six comparisons: false alarm 1e-3 in all.
         mean.expect(&format!("{set:?}"), &reference, 0.0);
     }
