@@ -1,7 +1,8 @@
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use anyhow::bail;
 use film::{Comparison, PngOptions, View};
 
 #[derive(clap::Args)]
@@ -23,13 +24,22 @@ pub(crate) struct Args {
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     exposure: f32,
     /// Fail (exit code 1) if relMSE is above this
-    #[arg(long, value_name = "MOST")]
+    #[arg(long, value_name = "MOST", allow_negative_numbers = true)]
     max_relmse: Option<f64>,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    if !args.scale.is_finite() || !args.exposure.is_finite() {
-        anyhow::bail!("--scale and --exposure must be finite numbers");
+    if !args.scale.is_finite() {
+        bail!("--scale is {}; it must be a finite number", args.scale);
+    }
+    if !(args.exposure.abs() <= 32.0) {
+        bail!("--exposure is {}; it must lie between -32 and 32 stops", args.exposure);
+    }
+    if let Some(most) = args.max_relmse.filter(|most| !(*most >= 0.0 && most.is_finite())) {
+        bail!("--max-relmse is {most}; it must be 0 or greater");
+    }
+    for path in [&args.output, &args.flip_map].into_iter().flatten() {
+        check_output(path, [&args.test, &args.reference])?;
     }
     let (test, reference) = (film::image::read(&args.test)?, film::image::read(&args.reference)?);
     let c = Comparison::at_exposure(&test, &reference, args.exposure)?;
@@ -50,17 +60,33 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             let _ = writeln!(text, "FLIP            not in this build (feature `flip`)");
         }
     }
-    super::emit(&text);
+    super::emit(&text)?;
     let plain = PngOptions { view: View::Srgb, ..PngOptions::default() };
     if let Some(path) = &args.output {
         film::write_png(path, &film::difference_image(&test, &reference, args.scale)?, &plain)?;
     }
     if let Some(path) = &args.flip_map {
         let Some(map) = &c.flip_map else {
-            anyhow::bail!("this build has no FLIP; build it with the feature `flip`");
+            bail!("this build has no FLIP; build it with the feature `flip`");
         };
         film::write_png(path, map, &plain)?;
     }
     let failed = args.max_relmse.is_some_and(|most| c.relmse > most);
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// Differences are PNGs, and never go over what is compared.
+fn check_output(path: &Path, inputs: [&PathBuf; 2]) -> anyhow::Result<()> {
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        bail!("cannot write {}: differences are written as .png", path.display());
+    }
+    let same = |input: &PathBuf| match (path.canonicalize(), input.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => path == input.as_path(),
+    };
+    if inputs.into_iter().any(same) {
+        bail!("{} is one of the pictures compared; it would be lost", path.display());
+    }
+    job::Outputs { exr: None, png: Some(path.to_owned()) }.check()?;
+    Ok(())
 }

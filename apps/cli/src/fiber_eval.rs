@@ -51,7 +51,7 @@ struct Answer {
 
 /// A colour given as one number or three.
 #[derive(Clone, Copy, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected a number or [red, green, blue]")]
 enum Tone {
     Grey(f64),
     Colour([f64; 3]),
@@ -158,6 +158,7 @@ fn params<T: Default + for<'a> Deserialize<'a>>(value: &serde_json::Value) -> an
     if value.is_null() {
         return Ok(T::default());
     }
+    ensure!(value.is_object(), "\"params\" is {value}; it must be an object such as {{\"eta\": 1.55}}");
     T::deserialize(value).context("in \"params\"")
 }
 
@@ -277,12 +278,22 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
                 bail!("line {number} of standard input: {error:#}");
             }
         };
-        serde_json::to_writer(&mut out, &answer)?;
-        if out.write_all(b"\n").is_err() {
-            // The reader has gone away.
-            return Ok(ExitCode::SUCCESS);
+        let mut text = serde_json::to_string(&answer)?;
+        text.push('\n');
+        if let Err(error) = out.write_all(text.as_bytes()) {
+            return gone(&error);
         }
     }
-    out.flush()?;
-    Ok(ExitCode::SUCCESS)
+    match out.flush() {
+        Err(error) => gone(&error),
+        Ok(()) => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// A reader that has gone away has seen enough.
+fn gone(error: &std::io::Error) -> anyhow::Result<ExitCode> {
+    if error.kind() == std::io::ErrorKind::BrokenPipe {
+        return Ok(ExitCode::SUCCESS);
+    }
+    bail!("cannot write to standard output: {error}")
 }

@@ -6,6 +6,7 @@ mod compare;
 mod fiber_eval;
 mod render;
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -28,7 +29,7 @@ enum Command {
         #[arg(required = true)]
         files: Vec<PathBuf>,
         /// Metres per unit of the file, to judge widths (0.01 for centimetres)
-        #[arg(long, value_name = "METRES")]
+        #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
         unit_m: Option<f32>,
     },
     /// Print the JSON schema of scene files, for editors
@@ -56,11 +57,11 @@ fn main() -> ExitCode {
     match run(Cli::parse()) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {error}");
+            say(&format!("error: {error}"));
             for cause in error.chain().skip(1) {
                 // Library errors already carry their cause in their text.
                 if !error.to_string().contains(&cause.to_string()) {
-                    eprintln!("  because: {cause}");
+                    say(&format!("  because: {cause}"));
                 }
             }
             ExitCode::FAILURE
@@ -76,12 +77,12 @@ fn run(cli: Cli) -> anyhow::Result<ExitCode> {
                 anyhow::bail!("--unit-m is {unit}; it must be greater than 0, such as 0.01 for centimetres");
             }
             for file in files {
-                emit(&job::info(&file, unit_m)?);
+                emit(&job::info(&file, unit_m)?)?;
             }
             Ok(ExitCode::SUCCESS)
         }
         Command::Schema => {
-            emit(&job::schema());
+            emit(&job::schema())?;
             Ok(ExitCode::SUCCESS)
         }
         Command::Fiber { command: FiberCommand::Eval(args) } => fiber_eval::run(&args),
@@ -90,11 +91,18 @@ fn run(cli: Cli) -> anyhow::Result<ExitCode> {
 }
 
 /// Prints to standard output; a reader that has gone away is no error (`cuticle schema | head`).
-fn emit(text: &str) {
-    use std::io::Write;
+fn emit(text: &str) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
-    let _ = out.write_all(text.as_bytes());
-    if !text.ends_with('\n') {
-        let _ = out.write_all(b"\n");
+    let end = if text.ends_with('\n') { "" } else { "\n" };
+    match write!(out, "{text}{end}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(anyhow::anyhow!("cannot write to standard output: {error}"))
+        }
+        _ => Ok(()),
     }
+}
+
+/// Tells the user something on standard error; that nobody can hear it is no reason to stop.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
 }

@@ -30,19 +30,19 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE", requires = "groom")]
     env: Option<PathBuf>,
     /// Samples per pixel
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    #[arg(long, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     samples: Option<u32>,
     /// Stop after this much rendering, such as 60s, 5m or 1h
-    #[arg(long, value_parser = parse_duration)]
+    #[arg(long, allow_negative_numbers = true, value_parser = parse_duration)]
     time: Option<Duration>,
     /// Picture size, such as 1280x720
-    #[arg(long, value_parser = parse_size)]
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_size)]
     size: Option<(u32, u32)>,
     /// Changes the noise and nothing else
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     seed: Option<u32>,
     /// Threads; one per processor if left out
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Instruction set: auto, sse2, sse4_2, avx2, avx512; the picture is the same
     #[arg(long, default_value = "auto")]
@@ -65,17 +65,22 @@ pub(crate) struct Args {
 const INTERRUPTED: u8 = 130;
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    for (flag, angle, most) in [("--azimuth", args.azimuth, 1e6), ("--elevation", args.elevation, 89.0)] {
+        if let Some(angle) = angle.filter(|a| !(a.abs() <= most)) {
+            bail!("{flag} is {angle}; it must be a number of degrees between -{most} and {most}");
+        }
+    }
     let outputs = Outputs::from_name(&args.output)?;
     outputs.check()?;
 
     let source = source(args);
     let scene = job::load(&source, &overrides(args))?;
     for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
+        super::say(&format!("warning: {warning}"));
     }
     let say = |text: String| {
         if !args.quiet {
-            eprintln!("{text}");
+            super::say(&text);
         }
     };
     let strands: usize = scene.grooms.iter().map(|g| g.groom.strand_count()).sum();
@@ -100,7 +105,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
                 std::process::exit(i32::from(INTERRUPTED));
             }
             cancel.cancel();
-            eprintln!("\nstopping; what is there will be written (once more to stop at once)");
+            super::say("\nstopping; what is there will be written (once more to stop at once)");
         })
         .context("cannot listen for Ctrl-C")?;
     }
@@ -111,18 +116,24 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         job::SceneView::Agx => View::Agx,
     });
     let exposure = scene.film.exposure_ev;
+    let command: Vec<String> = std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect();
+    let command = command.join(" ");
     let mut metadata = Metadata::default()
         .with("software", concat!("Cuticle ", env!("CARGO_PKG_VERSION")))
         .with("scene", &scene.name)
         .with("seed", &scene.render.seed.to_string())
         .with("integrator", &format!("{:?}", scene.render.integrator))
-        .with("command", &std::env::args().collect::<Vec<_>>().join(" "));
+        .with("command", &command);
 
     let bar = Bar::new(args.quiet);
     let options = Options { time: args.time, threads: args.threads.map_or(0, usize::from), simd: args.simd };
     let outcome = job::render(scene.into(), &options, &cancel, &mut |event| bar.show(event))?;
     bar.finish();
 
+    if *outcome.film.sample_counts().end() == 0 {
+        super::say("stopped before the first sample; nothing was written");
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
     metadata = metadata
         .with("samples", &outcome.samples.to_string())
         .with("simd", &outcome.simd)
@@ -278,10 +289,18 @@ fn parse_duration(text: &str) -> anyhow::Result<Duration> {
     Ok(Duration::from_secs_f64(seconds * factor))
 }
 
+/// What scenes accept, too.
+const LONGEST_SIDE: u32 = 16_384;
+
 fn parse_size(text: &str) -> anyhow::Result<(u32, u32)> {
     let hint = || format!("{text:?} is no size; write it as 1280x720");
     let (width, height) = text.split_once(['x', 'X']).with_context(hint)?;
-    Ok((width.parse().with_context(hint)?, height.parse().with_context(hint)?))
+    let size: (u32, u32) = (width.parse().with_context(hint)?, height.parse().with_context(hint)?);
+    let sides = 1..=LONGEST_SIDE;
+    if !sides.contains(&size.0) || !sides.contains(&size.1) {
+        bail!("{text:?} is out of range; each side lies between 1 and {LONGEST_SIDE} pixels");
+    }
+    Ok(size)
 }
 
 #[cfg(test)]

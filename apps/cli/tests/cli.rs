@@ -396,7 +396,7 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
         ("render tiny.toml -o taken.exr", &["taken.exr", "is a folder"]),
         ("render tiny.toml -o taken", &["taken.exr", "is a folder"]),
         ("render tiny.toml -o half.exr", &["half.png", "is a folder"]),
-        ("render tiny.toml -o ..", &["..", "names no file"]),
+        ("render tiny.toml -o ..", &["..", "names no picture"]),
         // A folder that denies writing would not deny it to root; a file denies to be a folder to everybody.
         ("render tiny.toml -o file/a.exr", &["file", "Not a directory"]),
     ]);
@@ -455,7 +455,7 @@ fn files_that_are_no_scenes_are_refused() {
     fs::create_dir(desk.path("folder.toml")).unwrap();
     desk.refuse(&[
         ("render missing.toml", &["missing.toml", "No such file or directory"]),
-        ("render folder.toml", &["folder.toml", "Is a directory"]),
+        ("render folder.toml", &["folder.toml", "it is a folder"]),
         ("render empty.toml", &["empty.toml", "[[groom]]", "[[mesh]]"]),
         ("render nothing.toml", &["nothing.toml", "[[groom]]", "[[mesh]]"]),
         ("render bytes.toml", &["bytes.toml", "UTF-8"]),
@@ -553,7 +553,7 @@ fn damaged_grooms_are_refused() {
         ("render --groom missing.hair", &["missing.hair", "No such file or directory"]),
         ("render --groom missing.hair --up y", &["missing.hair", "No such file or directory"]),
         ("render --groom groom.abc", &["groom.abc", ".hair", "\"abc\""]),
-        ("render --groom folder.hair", &["folder.hair", "directory"]),
+        ("render --groom folder.hair", &["folder.hair", "it is a folder"]),
         ("info missing.hair", &["missing.hair", "No such file or directory"]),
         ("info tiny.toml", &["tiny.toml", ".hair", "\"toml\""]),
     ]);
@@ -668,7 +668,7 @@ fn pictures_that_cannot_be_compared_are_refused() {
         ("compare a.exr garbage.exr", &["garbage.exr", "OpenEXR"]),
         ("compare a.exr tiny.toml", &["tiny.toml", ".exr, .hdr and .png", "\"toml\""]),
         ("compare a.exr a.exr --scale nan", &["--scale", "finite"]),
-        ("compare a.exr a.exr -o no/such/d.png", &["no/such/d.png", "No such file or directory"]),
+        ("compare a.exr a.exr -o no/such/d.png", &["no/such", "No such file or directory"]),
     ]);
 }
 

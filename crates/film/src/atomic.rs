@@ -83,7 +83,11 @@ pub(crate) fn write(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), Stri
         // Temporary files are private by default, but this one becomes the user's picture: the umask decides.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder).map_err(|cause| WriteError::Create { path: owned(), cause })?;
+    let mut file = builder.tempfile_in(folder).map_err(|cause| {
+        // The system's error names the temporary file, which means nothing to anyone.
+        let cause = cause.raw_os_error().map_or_else(|| cause.kind().into(), std::io::Error::from_raw_os_error);
+        WriteError::Create { path: owned(), cause }
+    })?;
     fill(file.as_file_mut()).map_err(|what| WriteError::Encode { path: owned(), what })?;
     file.as_file().sync_all().map_err(|cause| WriteError::Finish { path: owned(), cause })?;
     file.persist(path).map_err(|failed| WriteError::Finish { path: owned(), cause: failed.error })?;

@@ -204,7 +204,12 @@ pub fn read(path: impl AsRef<Path>) -> Result<Image, ReadImageError> {
             return Err(ReadImageError::Extension { path: path.to_path_buf(), extension });
         }
     };
-    let file = File::open(path).map_err(|cause| ReadImageError::Io { path: path.to_path_buf(), cause })?;
+    let io = |cause| ReadImageError::Io { path: path.to_path_buf(), cause };
+    let file = File::open(path).map_err(io)?;
+    // Devices and pipes may never end.
+    if !file.metadata().map_err(io)?.is_file() {
+        return Err(io(std::io::Error::other("it is no ordinary file")));
+    }
     // The decoders are not ours and check some of their input with assertions; a damaged file must not
     // end a render that has many.
     std::panic::catch_unwind(AssertUnwindSafe(|| decode(path, BufReader::new(file))))
@@ -221,6 +226,24 @@ fn contents(path: &Path, format: &'static str, what: impl Display) -> ReadImageE
     ReadImageError::Contents { path: path.to_path_buf(), format, what: what.to_string() }
 }
 
+/// How many times larger than the file its pixels can be: deflate reaches 1032; EXR's codecs stay below it on
+/// blocks and some constant blocks cost a few bytes; a run of the RGBE format is 127 bytes in 2.
+const PNG_RATIO: u64 = 1100;
+const EXR_RATIO: u64 = 4096;
+const HDR_RATIO: u64 = 128;
+/// Files may always claim this much.
+const FREE_BYTES: u64 = 1 << 20;
+
+/// Refuses a header that claims more pixels than the file can hold, before room is made for them.
+fn check_claim(path: &Path, format: &'static str, bytes: u64, ratio: u64) -> Result<(), ReadImageError> {
+    let there = std::fs::metadata(path).map_err(|cause| ReadImageError::Io { path: path.to_path_buf(), cause })?.len();
+    if bytes > there.saturating_mul(ratio).max(FREE_BYTES) {
+        let what = format!("its header claims {bytes} bytes of pixels, which {there} bytes of file cannot hold");
+        return Err(contents(path, format, what));
+    }
+    Ok(())
+}
+
 fn check_size_of(path: &Path, width: u64, height: u64) -> Result<(u32, u32), ReadImageError> {
     check_size(width, height)
         // The check leaves nothing that does not fit in 32 bits.
@@ -230,8 +253,11 @@ fn check_size_of(path: &Path, width: u64, height: u64) -> Result<(u32, u32), Rea
 
 fn read_exr(path: &Path, file: BufReader<File>) -> Result<Image, ReadImageError> {
     let chunks = exr::block::read(file, false).map_err(|error| contents(path, EXR, error))?;
-    for Header { layer_size: Vec2(width, height), .. } in chunks.headers() {
+    for Header { layer_size: Vec2(width, height), channels, compression, .. } in chunks.headers() {
         check_size_of(path, *width as u64, *height as u64)?;
+        let bytes = *width as u64 * *height as u64 * channels.bytes_per_pixel as u64;
+        let most = if *compression == exr::compression::Compression::Uncompressed { 1 } else { EXR_RATIO };
+        check_claim(path, EXR, bytes, most)?;
     }
     let has = |header: &Header, name: String| header.channels.list.iter().any(|channel| channel.name.eq(&name));
     let picture = chunks.headers().iter().find_map(|header| {
@@ -292,6 +318,7 @@ fn read_hdr(path: &Path, mut file: BufReader<File>) -> Result<Image, ReadImageEr
     let decoder = HdrDecoder::with_strictness(file, strict).map_err(|error| contents(path, HDR, error))?;
     let (width, height) = decoder.dimensions();
     let (width, height) = check_size_of(path, width.into(), height.into())?;
+    check_claim(path, HDR, 4 * u64::from(width) * u64::from(height), HDR_RATIO)?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(|error| contents(path, HDR, error))?;
     let pixels = decoded.into_rgb32f().pixels().map(|pixel| Rgb(pixel.0)).collect();
     Ok(Image { width, height, pixels, alpha: None })
@@ -306,6 +333,7 @@ fn read_png(path: &Path, file: BufReader<File>) -> Result<Image, ReadImageError>
     let decoder = PngDecoder::with_limits(file, limits).map_err(|error| contents(path, PNG, error))?;
     let (width, height) = decoder.dimensions();
     let (width, height) = check_size_of(path, width.into(), height.into())?;
+    check_claim(path, PNG, decoder.total_bytes(), PNG_RATIO)?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(|error| contents(path, PNG, error))?;
     let transparent = decoded.color().has_alpha();
     let encoded = decoded.into_rgba32f();

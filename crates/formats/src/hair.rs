@@ -124,6 +124,12 @@ pub enum HairError {
     /// There is nothing in it.
     #[error("the file has no strands")]
     NoStrands,
+    /// No strand is left once those of one point are dropped.
+    #[error("each of the {count} strands has a single point; a strand needs at least 2")]
+    SinglePoints {
+        /// How many strands there are.
+        count: u32,
+    },
     /// Segments and points do not fit together.
     #[error("the header declares {declared} points, but the strands' segments make {sum}")]
     Counts {
@@ -446,7 +452,7 @@ impl Parts {
             self.color.iter_mut().for_each(|v| retain(v, &keep));
             counts.retain(|&n| n >= 2);
             if counts.is_empty() {
-                return Err(HairError::NoStrands);
+                return Err(HairError::SinglePoints { count: single as u32 });
             }
         }
         let (declared, sum) = (self.points.len(), counts.iter().map(|&n| u64::from(n)).sum());
@@ -723,7 +729,7 @@ mod tests {
         assert_eq!(file.groom.radius.as_ref().unwrap()[2], 0.75);
         assert_eq!(file.groom.attributes.float(TRANSPARENCY, 1, 2, 0.0), Some(0.375));
         assert_eq!(file.warnings.len(), 1);
-        assert!(matches!(get(&by_hand(3, &[0, 0], &places(2))), Err(HairError::NoStrands)));
+        assert!(matches!(get(&by_hand(3, &[0, 0], &places(2))), Err(HairError::SinglePoints { count: 2 })));
 
         let mut b = by_hand(2, &[1, 1], &[[0.0; 3], [1.0; 3], [2.0; 3], [2.0; 3]]);
         assert_eq!(get(&b).unwrap().warnings.len(), 1, "a strand without length");

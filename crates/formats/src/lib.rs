@@ -214,7 +214,13 @@ fn unknown(path: &Path, what: &'static str, found: &str, known: &[&str]) -> Read
 /// A reader and, for an ordinary file, its length.
 fn open(path: &Path) -> Result<(impl Read, Option<u64>), ReadError> {
     let file = File::open(path).map_err(|cause| ReadError::Open { path: path.to_owned(), cause })?;
-    let len = file.metadata().ok().filter(|m| m.is_file()).map(|m| m.len());
+    let about = file.metadata().map_err(|cause| ReadError::Open { path: path.to_owned(), cause })?;
+    // Devices and pipes have no length to hold a header against, and may never end.
+    if !about.is_file() {
+        let cause = std::io::Error::other(if about.is_dir() { "it is a folder" } else { "it is no ordinary file" });
+        return Err(ReadError::Open { path: path.to_owned(), cause });
+    }
+    let len = Some(about.len());
     Ok((BufReader::new(file), len))
 }
 

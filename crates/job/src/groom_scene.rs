@@ -43,7 +43,10 @@ pub(crate) fn text(path: &Path, view: &GroomView) -> Result<String, LoadError> {
         UpAxis::Y => "y",
         UpAxis::Z => "z",
     };
-    let quoted = |path: &Path| toml_string(&absolute(path).to_string_lossy());
+    let quoted = |path: &Path| {
+        let path = absolute(path);
+        path.to_str().map(toml_string).ok_or_else(|| LoadError::NotText { path: path.clone() })
+    };
     let mut text = format!(
         "[scene]\nname = {}\n\n[camera]\nfov_deg = 28.0\norbit = {{ azimuth_deg = {:?}, elevation_deg = {:?} }}\n\n",
         toml_string(&path.file_stem().unwrap_or_default().to_string_lossy()),
@@ -53,7 +56,7 @@ pub(crate) fn text(path: &Path, view: &GroomView) -> Result<String, LoadError> {
     text += "[film]\nwidth = 800\nheight = 800\nview = \"filmic\"\n\n";
     match &view.environment {
         Some(environment) => {
-            text += &format!("[[light]]\ntype = \"environment\"\nfile = {}\n\n", quoted(environment));
+            text += &format!("[[light]]\ntype = \"environment\"\nfile = {}\n\n", quoted(environment)?);
         }
         None => {
             // Key and rim turn with the camera, so that every view is lit alike.
@@ -74,7 +77,7 @@ pub(crate) fn text(path: &Path, view: &GroomView) -> Result<String, LoadError> {
     if let Some(head) = &view.head {
         text += &format!(
             "[[mesh]]\nname = \"head\"\nfile = {}\nalbedo = [0.45, 0.35, 0.30]\n{}\n",
-            quoted(head),
+            quoted(head)?,
             match up {
                 "z" => "transform = { rotate_deg = [-90.0, 0.0, 0.0] }\n",
                 "x" => "transform = { rotate_deg = [0.0, 0.0, 90.0] }\n",
@@ -82,7 +85,7 @@ pub(crate) fn text(path: &Path, view: &GroomView) -> Result<String, LoadError> {
             }
         );
     }
-    text += &format!("[[groom]]\nfile = {}\nlook = \"main\"\nup = \"{up}\"\n\n", quoted(path));
+    text += &format!("[[groom]]\nfile = {}\nlook = \"main\"\nup = \"{up}\"\n\n", quoted(path)?);
     text += "[look.main]\nmodel = \"deon\"\npreset = \"brown\"\n";
     Ok(text)
 }

@@ -20,6 +20,7 @@ mod info;
 mod output;
 mod run;
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use scene::{Scene, SceneError};
@@ -68,6 +69,12 @@ pub enum LoadError {
     /// The groom could not be read.
     #[error(transparent)]
     Groom(#[from] formats::ReadError),
+    /// A path cannot stand in a scene.
+    #[error("{}: a scene is text, so names of files in it must be UTF-8", .path.display())]
+    NotText {
+        /// The path.
+        path: PathBuf,
+    },
     /// The groom holds nothing that can be framed.
     #[error("{}: {reason}", .path.display())]
     Empty {
@@ -94,18 +101,45 @@ pub fn load(source: &Source, overrides: &[String]) -> Result<Scene, LoadError> {
         Source::Groom(path, view) => (groom_scene::text(path, view)?, PathBuf::from("."), None),
     };
     let assets = DiskAssets::new(base);
-    let mut scene =
-        Scene::load(&text, overrides, &assets).map_err(|cause| LoadError::Scene { file, cause: Box::new(cause) })?;
+    let mut scene = Scene::load(&text, overrides, &assets).map_err(|mut cause| {
+        let mut file = file;
+        if let Source::Groom(path, _) = source {
+            // Lines of a text that nobody has seen help nobody; places within overrides do.
+            cause.place = cause.place.filter(|place| place.from_override);
+            // Unless the message already says which file is meant.
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            file = (cause.place.is_none() && !cause.message.contains(&*name)).then(|| path.clone());
+        }
+        LoadError::Scene { file, cause: Box::new(cause) }
+    })?;
     scene.warnings.extend(assets.warnings());
     Ok(scene)
 }
 
 fn read_text(path: &Path) -> Result<String, LoadError> {
     let error = |cause| LoadError::Read { path: path.to_owned(), cause };
-    let size = std::fs::metadata(path).map_err(error)?.len();
-    if size > LARGEST_SCENE {
-        let cause = std::io::Error::other(format!("{size} bytes is more than any scene file; is it the right file?"));
-        return Err(error(cause));
+    let refuse = |reason: String| error(std::io::Error::other(reason));
+    let file = std::fs::File::open(path).map_err(error)?;
+    let about = file.metadata().map_err(error)?;
+    if about.is_dir() {
+        return Err(refuse("it is a folder".into()));
     }
-    std::fs::read_to_string(path).map_err(error)
+    // Devices and pipes have no length to check, and may never end.
+    if !about.is_file() {
+        return Err(refuse("it is no ordinary file".into()));
+    }
+    if about.len() > LARGEST_SCENE {
+        return Err(refuse(format!("{} bytes is more than any scene file; is it the right file?", about.len())));
+    }
+    let mut bytes = Vec::new();
+    file.take(LARGEST_SCENE).read_to_end(&mut bytes).map_err(error)?;
+    String::from_utf8(bytes).map_err(|cause| {
+        let valid = cause.utf8_error().valid_up_to();
+        let bytes = cause.as_bytes();
+        if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+            return refuse("it is UTF-16; scene files are UTF-8".into());
+        }
+        let line = 1 + bytes[..valid].iter().filter(|&&b| b == b'\n').count();
+        refuse(format!("line {line} is not UTF-8 text (byte {:#04x})", bytes[valid]))
+    })
 }

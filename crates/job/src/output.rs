@@ -24,7 +24,7 @@ pub enum SaveError {
         found: String,
     },
     /// The name is no name for a file.
-    #[error("{:?} names no file", .path)]
+    #[error("{} names no picture; write a name such as picture.exr", .path.display())]
     Name {
         /// The name.
         path: PathBuf,
@@ -34,6 +34,20 @@ pub enum SaveError {
     Folder {
         /// The folder.
         folder: PathBuf,
+        /// What the system says.
+        cause: std::io::Error,
+    },
+    /// A folder stands where the picture should.
+    #[error("cannot write {}: it is a folder", .path.display())]
+    IsFolder {
+        /// The name.
+        path: PathBuf,
+    },
+    /// The system will not have a file of that name.
+    #[error("cannot write {}: {cause}", .path.display())]
+    Impossible {
+        /// The name.
+        path: PathBuf,
         /// What the system says.
         cause: std::io::Error,
     },
@@ -48,7 +62,11 @@ impl Outputs {
     /// # Errors
     /// For other extensions.
     pub fn from_name(name: &Path) -> Result<Self, SaveError> {
-        if name.file_name().is_none() {
+        // `a/` and `.exr` are names of a folder and of a hidden file, not of a picture.
+        let ends_in_separator =
+            name.as_os_str().as_encoded_bytes().last().is_some_and(|&b| std::path::is_separator(b.into()));
+        let bare = name.file_name().is_some_and(|n| n == ".exr" || n == ".png");
+        if name.file_name().is_none() || ends_in_separator || bare {
             return Err(SaveError::Name { path: name.to_owned() });
         }
         let extension = name.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
@@ -76,9 +94,11 @@ impl Outputs {
                 _ => Path::new("."),
             };
             let error = |cause| SaveError::Folder { folder: folder.to_owned(), cause };
-            if path.is_dir() {
-                let cause = std::io::Error::other(format!("{} is a folder", path.display()));
-                return Err(error(cause));
+            match std::fs::symlink_metadata(path) {
+                Ok(_) if path.is_dir() => return Err(SaveError::IsFolder { path: path.to_owned() }),
+                Ok(_) => {}
+                Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => {}
+                Err(cause) => return Err(SaveError::Impossible { path: path.to_owned(), cause }),
             }
             // The same kind of temporary file that writing makes; gone again at once.
             let probe = folder.join(format!(".cuticle-{}.probe", std::process::id()));

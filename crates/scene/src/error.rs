@@ -49,10 +49,15 @@ impl Place {
             column: text[line_start..start].chars().count() + 1,
             width: text[start..end].trim_end().chars().count().max(1),
             // Tabs would push the mark below away from its character.
-            excerpt: text[line_start..line_end].trim_end().replace('\t', " "),
+            excerpt: excerpt(text[line_start..line_end].trim_end()),
             from_override,
         }
     }
+}
+
+/// A line as a terminal can show it: at most 160 characters, control characters as blanks.
+fn excerpt(line: &str) -> String {
+    line.chars().take(160).map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 /// The largest character boundary at or before byte `at`.

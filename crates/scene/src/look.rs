@@ -638,7 +638,8 @@ impl Builder<'_, '_> {
             None => preset_pigment(PresetKind::Brown),
         };
         // What varies without saying around what varies around the preset, if there is one.
-        let around = |preset: &Param, brown| if look.preset.is_some() { middle(preset).unwrap_or(brown) } else { brown };
+        let around =
+            |preset: &Param, brown| if look.preset.is_some() { middle(preset).unwrap_or(brown) } else { brown };
         let (e, p) = (around(&eumelanin, 1.3), around(&pheomelanin, 0.2));
         let eumelanin = look.eumelanin.as_ref().unwrap_or(&eumelanin);
         let pheomelanin = look.pheomelanin.as_ref().unwrap_or(&pheomelanin);

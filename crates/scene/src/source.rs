@@ -126,9 +126,34 @@ impl Source<'_> {
             SceneError::new(SceneErrorKind::Missing, format!("missing key `{first}`{path}")).at(place)
         } else {
             let subject = path.map(|path| format!("`{path}`: ")).unwrap_or_default();
-            SceneError::new(SceneErrorKind::WrongType, format!("{subject}{message}")).at(place)
+            SceneError::new(SceneErrorKind::WrongType, format!("{subject}{}", in_words(message))).at(place)
         }
     }
+}
+
+/// What serde says about types, without Rust's names for them.
+fn in_words(message: &str) -> String {
+    let mut text = message.to_owned();
+    for (rust, words) in [
+        ("integer `", "number `"),
+        ("floating point `", "number `"),
+        (" as i128", ""),
+        (" as i64", ""),
+        ("a sequence", "a list"),
+        ("sequence", "list"),
+        ("u32", "a whole number from 0 to 4294967295"),
+        ("u64", "a whole number, 0 or greater"),
+        ("f64", "a number"),
+        ("map", "table"),
+    ] {
+        text = text.replace(rust, words);
+    }
+    // "struct FilmSection" and its like are tables to those who write scenes.
+    while let Some(at) = text.find("struct ") {
+        let end = text[at + 7..].find(|c: char| !c.is_alphanumeric()).map_or(text.len(), |n| at + 7 + n);
+        text.replace_range(at..end, "a table");
+    }
+    text
 }
 
 /// The parts of a key path: `light[1].radiance` and `light.1.radiance` alike.
