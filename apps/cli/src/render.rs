@@ -121,8 +121,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut metadata = Metadata::default()
         .with("software", concat!("Cuticle ", env!("CARGO_PKG_VERSION")))
         .with("scene", &scene.name)
-        .with("seed", &scene.render.seed.to_string())
-        .with("integrator", &format!("{:?}", scene.render.integrator))
+        .with("seed", scene.render.seed.to_string())
+        .with("integrator", format!("{:?}", scene.render.integrator))
         .with("command", &command);
 
     let bar = Bar::new(args.quiet);
@@ -135,9 +135,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::from(INTERRUPTED));
     }
     metadata = metadata
-        .with("samples", &outcome.samples.to_string())
+        .with("samples", outcome.samples.to_string())
         .with("simd", &outcome.simd)
-        .with("render_seconds", &format!("{:.3}", outcome.elapsed.as_secs_f64()));
+        .with("render_seconds", format!("{:.3}", outcome.elapsed.as_secs_f64()));
     outputs.save(&outcome.film, view, exposure, &metadata)?;
     say(summary(&outcome));
     let written: Vec<String> = outputs.paths().map(|p| p.display().to_string()).collect();

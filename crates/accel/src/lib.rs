@@ -243,10 +243,10 @@ impl Accel {
         if let Some(found) = triangle {
             ray.t_max = found.t;
         }
-        if !self.strands.is_empty() {
-            if let Some(found) = self.level.run(Closest(&self.strands, &ray)) {
-                return Some(Hit::Strand(self.strands.hit(&ray, &found)));
-            }
+        if !self.strands.is_empty()
+            && let Some(found) = self.level.run(Closest(&self.strands, &ray))
+        {
+            return Some(Hit::Strand(self.strands.hit(&ray, &found)));
         }
         triangle.map(|found| Hit::Triangle(self.triangles.hit(&ray, &found)))
     }

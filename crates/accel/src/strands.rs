@@ -278,8 +278,8 @@ impl Geometry for StrandGeometry {
         }
         let t = t.to_array();
         if let Some(leaving) = r.ray.leaving {
-            for lane in 0..WIDTH {
-                if leaf.strand[lane] == leaving.strand && t[lane] < leaving.distance {
+            for (lane, (&strand, &t)) in leaf.strand.iter().zip(&t).enumerate() {
+                if strand == leaving.strand && t < leaving.distance {
                     mask &= !(1 << lane);
                 }
             }

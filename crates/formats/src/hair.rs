@@ -236,7 +236,8 @@ pub fn read(reader: &mut impl Read, len_hint: Option<u64>) -> Result<HairFile, H
         return Err(HairError::NoStrands);
     }
     let has_thickness = flags & THICKNESS != 0;
-    if !has_thickness && !(defaults.thickness >= 0.0 && defaults.thickness.is_finite()) {
+    let sane = defaults.thickness >= 0.0 && defaults.thickness.is_finite();
+    if !has_thickness && !sane {
         return Err(HairError::DefaultThickness { found: defaults.thickness });
     }
 

@@ -6,7 +6,7 @@
 //! | `.obj` | Wavefront meshes | [`obj`], read |
 //! | `.ply` | Stanford meshes, text and binary | [`ply`], read |
 //!
-//! Readers take any [`Read`](std::io::Read), check every size a file declares against what it holds before
+//! Readers take any [`Read`], check every size a file declares against what it holds before
 //! making room for it, and never panic on what they read. What is merely odd becomes a warning; what cannot be
 //! understood becomes an error that says what was found and what would have been right.
 //!

@@ -1,6 +1,6 @@
 //! What to render: camera, film, lights, meshes, grooms and looks, and the file that says so.
 //!
-//! A scene file is TOML in the user's words, degrees and units; [`file`] has its typed form and
+//! A scene file is TOML in the user's words, degrees and units; [the module `file`](mod@file) has its typed form and
 //! [`schema`] its JSON schema. [`Scene::load`] turns it into a [`Scene`]: radians, scene units, y up, every
 //! number checked, so that a renderer cannot fail on it. Files are never opened here: [`Assets`] is asked for
 //! them. A mistake is a [`SceneError`] with line, column and, where one is near, the name that was meant.

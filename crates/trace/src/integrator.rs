@@ -85,6 +85,7 @@ impl Tally {
 }
 
 /// A vertex that can scatter.
+#[expect(clippy::large_enum_variant, reason = "one at a time, on the stack; boxing would allocate per vertex")]
 enum Vertex<'a> {
     Fiber { hit: &'a StrandHit, frame: Frame, setup: FiberSetup },
     Surface { hit: &'a TriangleHit, geometric: Vec3, shading: Vec3, albedo: Rgb },

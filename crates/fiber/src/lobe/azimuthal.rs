@@ -122,11 +122,12 @@ fn gaussian<F: Real>(sigma: F, x: F) -> F {
 /// The `γ` in the monotone piece `[a, b]` where `Φ` is `target`, or the nearer end.
 fn invert<F: Real>(optics: &Optics<F>, p: usize, a: F, b: F, at_a: F, at_b: F, target: F) -> F {
     let rising = at_b > at_a;
-    if (target <= at_a) == rising {
-        return a;
+    let (low, high) = if rising { (at_a, at_b) } else { (at_b, at_a) };
+    if target <= low {
+        return if rising { a } else { b };
     }
-    if (target >= at_b) == rising {
-        return b;
+    if target >= high {
+        return if rising { b } else { a };
     }
     // Regula falsi with bisection every other step: robust at the turning points, where the slope is 0.
     let (mut lo, mut hi, mut f_lo, mut f_hi) = (a, b, at_a - target, at_b - target);

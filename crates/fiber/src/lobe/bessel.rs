@@ -22,7 +22,7 @@ fn i0e_f32(x: f32) -> f32 {
         (-x).exp() * poly(&c, y)
     } else {
         let c = [
-            0.398_942_28,
+            0.398_942_3,
             0.013_285_92,
             0.002_253_19,
             -0.001_575_65,
@@ -51,7 +51,6 @@ fn chebyshev(c: &[f64], t: f64) -> f64 {
 }
 
 #[rustfmt::skip]
-#[expect(clippy::excessive_precision, clippy::unreadable_literal, reason = "fitted coefficients, as printed by the fit")]
 const SMALL: [f64; 30] = [
     0.6767952744094761,
     -0.3046826723431984,
@@ -86,7 +85,6 @@ const SMALL: [f64; 30] = [
 ];
 
 #[rustfmt::skip]
-#[expect(clippy::excessive_precision, clippy::unreadable_literal, reason = "fitted coefficients, as printed by the fit")]
 const LARGE: [f64; 27] = [
     0.8044904110141088,
     0.0033691164782556943,

@@ -8,6 +8,9 @@
 //! - Energy: close to 1 without absorption, not exactly (0.97 at 85 degrees for a width of 5 degrees),
 //!   because the attenuation is taken at the half difference angle; exactly 1 with
 //!   [`Attenuation::Known`].
+//! - At grazing inclinations (and offsets near the rim) the selection, which looks at the specular path, knows
+//!   R alone, while other lobes scatter a little too: weights are unbounded there. That is the paper's sampler;
+//!   [`Attenuation::Known`] does not have it.
 //! - Symmetric in the two directions (as `fcos`) when `alpha` is 0 and the attenuation is at the
 //!   difference angle.
 //!

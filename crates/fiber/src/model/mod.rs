@@ -143,7 +143,6 @@ macro_rules! fibers {
 
         /// Any model, set up for a shading point.
         #[derive(Clone, Copy, Debug)]
-        #[expect(clippy::large_enum_variant, reason = "lives on the stack for one shading point; boxing would allocate")]
         pub enum FiberSetup<F: Real = f32> {
             $($(#[$doc])* $name(<$name<F> as Model<F>>::Setup),)*
         }
