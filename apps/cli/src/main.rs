@@ -46,12 +46,15 @@ enum Command {
 #[derive(Subcommand)]
 enum FiberCommand {
     /// Evaluate a model for JSON Lines from standard input, in double precision
-    ///
-    /// A line is {"params":{..},"theta_k":..,"theta_s":..,"phi":..,"h":..}, in radians, with phi =
-    /// phi_s - phi_k. The answer is {"fcos":[r,g,b],"pdf":..,"lobes":[[r,g,b],..]}: the scattering function
-    /// times cos theta_s, the density per steradian, and the value of R, TT, TRT and the residual lobe.
+    #[command(long_about = EVAL_HELP)]
     Eval(fiber_eval::Args),
 }
+
+const EVAL_HELP: &str = "Evaluate a model for JSON Lines from standard input, in double precision
+
+A line is {\"params\":{..},\"theta_k\":..,\"theta_s\":..,\"phi\":..,\"h\":..}, in radians, with phi = phi_s - phi_k. \
+The answer is {\"fcos\":[r,g,b],\"pdf\":..,\"lobes\":[[r,g,b],..]}: the scattering function times cos theta_s, the \
+density per steradian, and the value of R, TT, TRT and the residual lobe.";
 
 fn main() -> ExitCode {
     match run(Cli::parse()) {

@@ -23,7 +23,7 @@
 //! - [`Shape::Round`]: the surface of a chain of round cones (hulls of two spheres). Only entering it
 //!   counts; a ray that starts inside one does not meet it.
 //! - [`Shape::Ribbon`]: a ribbon that faces the ray, met where the ray passes the axis closest.
-//! - [`Basis::CatmullRom`] strands are cut into straight pieces until they lie within half a radius or 1.5 %
+//! - [`Basis::CatmullRom`] strands are cut into straight pieces until they lie within half a radius or 2 %
 //!   of the span's length of the curve; the tangent at a hit is the curve's own, so highlights do not show
 //!   the pieces.
 //!

@@ -42,8 +42,8 @@ pub struct Strands<'a> {
 
 /// How far pieces may lie off the curve: the larger of this many radii ...
 const TOLERANCE_RADII: f32 = 0.5;
-/// ... and this share of the span's length, which bounds the bend between pieces to about seven degrees.
-const TOLERANCE_SPAN: f32 = 0.015;
+/// ... and this share of the span's length, which bounds the bend between pieces to about nine degrees.
+const TOLERANCE_SPAN: f32 = 0.02;
 /// Most pieces a span is cut into.
 const MAX_PIECES: f32 = 16.0;
 
