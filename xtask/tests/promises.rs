@@ -106,3 +106,29 @@ fn the_readme_names_the_two_commands_that_must_work() {
         assert!(readme.lines().any(|line| line.trim() == command), "{command}");
     }
 }
+
+#[test]
+fn links_between_documents_lead_somewhere() {
+    let root = xtask::root();
+    let mut documents: Vec<_> =
+        ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(|d| root.join(d)).into();
+    for folder in ["docs", "docs/models"] {
+        let entries = std::fs::read_dir(root.join(folder)).expect("the folder is there");
+        documents
+            .extend(entries.map(|e| e.expect("an entry").path()).filter(|p| p.extension().is_some_and(|e| e == "md")));
+    }
+    let mut links = 0;
+    for document in documents {
+        let text = std::fs::read_to_string(&document).expect("the document is there");
+        for target in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let path = target.split('#').next().unwrap_or_default();
+            if path.is_empty() || path.contains("://") {
+                continue;
+            }
+            let place = document.parent().expect("documents lie in folders").join(path);
+            assert!(place.exists(), "{} links to {target}, which is not there", document.display());
+            links += 1;
+        }
+    }
+    assert!(links > 10, "{links}");
+}

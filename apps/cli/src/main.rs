@@ -76,9 +76,7 @@ fn run(cli: Cli) -> anyhow::Result<ExitCode> {
     match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Info { files, unit_m } => {
-            if let Some(unit) = unit_m.filter(|u| !(*u > 0.0 && u.is_finite())) {
-                anyhow::bail!("--unit-m is {unit}; it must be greater than 0, such as 0.01 for centimetres");
-            }
+            check_unit(unit_m)?;
             for file in files {
                 emit(&job::info(&file, unit_m)?)?;
             }
@@ -90,6 +88,14 @@ fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         }
         Command::Fiber { command: FiberCommand::Eval(args) } => fiber_eval::run(&args),
         Command::Compare(args) => compare::run(&args),
+    }
+}
+
+/// Refuses a unit that cannot be one.
+fn check_unit(unit_m: Option<f32>) -> anyhow::Result<()> {
+    match unit_m.filter(|u| !(*u > 0.0 && u.is_finite())) {
+        Some(unit) => anyhow::bail!("--unit-m is {unit}; it must be greater than 0, such as 0.01 for centimetres"),
+        None => Ok(()),
     }
 }
 

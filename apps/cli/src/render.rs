@@ -1,3 +1,4 @@
+use std::cell::Cell;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,6 +24,9 @@ pub(crate) struct Args {
     /// Where --groom is seen from: degrees above the horizon
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, requires = "groom")]
     elevation: Option<f32>,
+    /// Metres per unit of --groom and --head (0.01 for centimetres), to judge widths
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, requires = "groom")]
+    unit_m: Option<f32>,
     /// A mesh under --groom (.obj, .ply), in the groom's units and axes
     #[arg(long, value_name = "FILE", requires = "groom")]
     head: Option<PathBuf>,
@@ -30,7 +34,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE", requires = "groom")]
     env: Option<PathBuf>,
     /// Samples per pixel
-    #[arg(long, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    #[arg(long, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     samples: Option<u32>,
     /// Stop after this much rendering, such as 60s, 5m or 1h
     #[arg(long, allow_negative_numbers = true, value_parser = parse_duration)]
@@ -70,6 +74,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             bail!("{flag} is {angle}; it must be a number of degrees between -{most} and {most}");
         }
     }
+    super::check_unit(args.unit_m)?;
     let outputs = Outputs::from_name(&args.output)?;
     outputs.check()?;
 
@@ -158,6 +163,7 @@ fn source(args: &Args) -> Source {
                 }),
                 azimuth_deg: args.azimuth.unwrap_or(default.azimuth_deg),
                 elevation_deg: args.elevation.unwrap_or(default.elevation_deg),
+                unit_m: args.unit_m.unwrap_or(default.unit_m),
                 head: args.head.clone(),
                 environment: args.env.clone(),
             };
@@ -173,7 +179,7 @@ fn overrides(args: &Args) -> Vec<String> {
     match args.samples {
         Some(samples) => all.push(format!("render.samples={samples}")),
         // A time limit alone means: as many as fit.
-        None if args.time.is_some() => all.push("render.samples=1048576".to_owned()),
+        None if args.time.is_some() => all.push("render.samples=16777216".to_owned()),
         None => {}
     }
     if let Some(seed) = args.seed {
@@ -215,42 +221,66 @@ fn summary(outcome: &Outcome) -> String {
 }
 
 /// A progress bar on a terminal, a line now and then elsewhere.
-struct Bar {
-    bar: Option<ProgressBar>,
+enum Bar {
+    Terminal(ProgressBar),
+    Lines { last: Cell<Duration> },
+    Quiet,
 }
+
+/// How often a line is printed where there is no terminal.
+const LINE_EVERY: Duration = Duration::from_secs(10);
 
 impl Bar {
     fn new(quiet: bool) -> Self {
-        if quiet || !std::io::stderr().is_terminal() {
-            return Self { bar: None };
+        if quiet {
+            return Self::Quiet;
+        }
+        if !std::io::stderr().is_terminal() {
+            return Self::Lines { last: Cell::new(Duration::ZERO) };
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-        // The template is a constant: it parses or the tests fail.
+        // The template is a constant; were it wrong, the bar would merely be plain.
         if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}") {
             bar.set_style(style);
         }
-        Self { bar: Some(bar) }
+        Self::Terminal(bar)
     }
 
     fn show(&self, event: &Event) {
-        let Some(bar) = &self.bar else { return };
-        bar.set_length(event.total);
-        bar.set_position(event.done);
-        let mut text = format!("{} spp, {:.0}k samples/s", event.passes, event.rate / 1e3);
-        if let Some(noise) = event.noise {
-            text += &format!(", noise {:.1} %", 100.0 * noise);
+        match self {
+            Self::Quiet => {}
+            Self::Terminal(bar) => {
+                bar.set_length(event.total);
+                bar.set_position(event.done);
+                bar.set_message(progress(event));
+            }
+            Self::Lines { last } => {
+                if event.elapsed >= last.get() + LINE_EVERY {
+                    last.set(event.elapsed);
+                    let percent = 100 * event.done / event.total.max(1);
+                    super::say(&format!("{percent:>3} %  {}", progress(event)));
+                }
+            }
         }
-        if let Some(left) = event.remaining {
-            text += &format!(", {} left", clock(left));
-        }
-        bar.set_message(text);
     }
 
     fn finish(&self) {
-        if let Some(bar) = &self.bar {
+        if let Self::Terminal(bar) = self {
             bar.finish_and_clear();
         }
     }
+}
+
+/// `12 spp, 250k samples/s, noise 20.1 %, 0:42 left`.
+fn progress(event: &Event) -> String {
+    let mut text = format!("{} spp, {:.0}k samples/s", event.passes, event.rate / 1e3);
+    if let Some(noise) = event.noise {
+        text += &format!(", noise {:.1} %", 100.0 * noise);
+    }
+    if let Some(left) = event.remaining {
+        text += &format!(", {} left", clock(left));
+    }
+    text
 }
 
 fn clock(time: Duration) -> String {

@@ -165,26 +165,18 @@ pub struct TriangleHit {
     pub normal: Vec3,
     /// Where the ray met the triangle.
     pub position: Vec3,
+    /// Largest coordinate of the corners, in size: what the precision of the hit follows from.
+    pub reach: f32,
 }
 
 impl TriangleHit {
-    /// A start for a ray that leaves along `dir`: the hit moved off the plane on the side of `dir` by a
-    /// few units in the last place of its coordinates.
-    ///
-    /// Source: Wächter & Binder 2019.
+    /// A start for a ray that leaves along `dir`: the hit moved off the plane on the side of `dir`, by a
+    /// millionth (2⁻²⁰) of the triangle's largest coordinate, that is sixteen times what single precision
+    /// can say about a point on it.
     #[inline]
     pub fn leave(&self, dir: Vec3) -> Vec3 {
         let n = if self.normal.dot(dir) >= 0.0 { self.normal } else { -self.normal };
-        let nudge = |p: f32, n: f32| {
-            const ORIGIN: f32 = 1.0 / 32.0;
-            if p.abs() < ORIGIN {
-                return p + n / 65_536.0;
-            }
-            let steps = (256.0 * n) as i32;
-            f32::from_bits((p.to_bits() as i32).wrapping_add(if p < 0.0 { -steps } else { steps }) as u32)
-        };
-        let p = self.position;
-        Vec3::new(nudge(p.x, n.x), nudge(p.y, n.y), nudge(p.z, n.z))
+        self.position + n * (self.reach * (1.0 / 1_048_576.0))
     }
 }
 
@@ -210,7 +202,7 @@ pub struct Stats {
     pub nodes: usize,
     /// Leaves.
     pub leaves: usize,
-    /// Bytes kept.
+    /// Bytes kept: hierarchy, leaves, and the control points that hits need.
     pub bytes: usize,
 }
 
@@ -283,7 +275,7 @@ impl Accel {
             triangles: self.triangles.primitives(),
             nodes: self.strands.nodes() + self.triangles.nodes(),
             leaves: self.strands.leaves() + self.triangles.leaves(),
-            bytes: self.strands.bytes() + self.triangles.bytes(),
+            bytes: self.strands.bytes() + self.strands.geometry_bytes() + self.triangles.bytes(),
         }
     }
 }

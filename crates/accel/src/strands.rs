@@ -243,31 +243,38 @@ impl Geometry for StrandGeometry {
         let (t, met) = match self.shape {
             Shape::Ribbon => (cz, close),
             Shape::Round => {
-                // The hull of two spheres, with the ray's origin moved to beside the closest point so
-                // that all terms are of the fiber's own size. o is that origin seen from end a.
+                // The surface is the envelope of the spheres |p - s e| = ra - s Δ, with p seen from end a, e
+                // the axis and Δ = ra - rb. Setting the derivative by s to zero gives s = w/D with
+                // w = p·e - ra Δ and D = |e|² - Δ², and the quadric D (|p|² - ra²) - w² = 0. Along the ray,
+                // p = o + t z, that is A t² + 2 B t + C = 0. The origin o lies beside the closest point, so
+                // that all terms are of the fiber's own size.
                 let (ox, oy, oz) = (zero - ax, zero - ay, cz - az);
-                let rr = ra - rb;
-                let m0 = e2 + ez * ez;
-                let m1 = ex * ox + ey * oy + ez * oz;
-                let m5 = ox * ox + oy * oy + oz * oz;
-                let (wx, wy, wz) = (ey * oz - ez * oy, ez * ox - ex * oz, ex * oy - ey * ox);
-                let d2 = m0 - rr * rr;
-                let k2 = e2 - rr * rr;
-                let k1 = k2 * oz - (ex * ox + ey * oy) * ez + ez * rr * ra;
-                let k0 = wx * wx + wy * wy + wz * wz - rr * rr * m5 + m1 * rr * ra * 2.0 - m0 * ra * ra;
-                let h = k1 * k1 - k0 * k2;
-                let body_t = (zero - h.max(zero).sqrt() - k1) / k2;
-                let y = m1 - ra * rr + body_t * ez;
-                // Nearly along the slant the body has no root; the spheres at the ends take over.
-                let steep = k2.abs().simd_le(m0 * 1e-9);
-                let body = h.simd_ge(zero) & y.simd_gt(zero) & y.simd_lt(d2) & !steep;
+                let taper = ra - rb;
+                let (shrink, lean) = (taper * taper, taper * ra);
+                let length2 = e2 + ez * ez;
+                let along = ex * ox + ey * oy + ez * oz;
+                let o2 = ox * ox + oy * oy + oz * oz;
+                // |e|²|o|² - (e·o)² as the square of a cross product: the difference would lose its digits.
+                let (nx, ny, nz) = (ey * oz - ez * oy, ez * ox - ex * oz, ex * oy - ey * ox);
+                let apart = nx * nx + ny * ny + nz * nz;
+                let qa = e2 - shrink;
+                let qb = qa * oz - (ex * ox + ey * oy) * ez + ez * lean;
+                let qc = apart - shrink * o2 + along * lean * 2.0 - length2 * (ra * ra);
+                let discriminant = qb * qb - qa * qc;
+                let side_t = (zero - discriminant.max(zero).sqrt() - qb) / qa;
+                // s D, which must lie between the ends.
+                let place = along - lean + side_t * ez;
+                // Nearly along the slant the quadric has no crossing; the spheres at the ends take over.
+                let slanted = qa.abs().simd_le(length2 * 1e-9);
+                let on_side =
+                    discriminant.simd_ge(zero) & place.simd_gt(zero) & place.simd_lt(length2 - shrink) & !slanted;
 
-                let (h_a, h_b) = (ra * ra - (ax * ax + ay * ay), rb * rb - (bx * bx + by * by));
+                let half_a = ra * ra - (ax * ax + ay * ay);
+                let half_b = rb * rb - (bx * bx + by * by);
                 let far = f32x8::splat(simd, f32::INFINITY);
-                let cap_a = h_a.simd_gt(zero).select(zero - oz - h_a.max(zero).sqrt(), far);
-                let cap_b = h_b.simd_gt(zero).select(ez - oz - h_b.max(zero).sqrt(), far);
-                let caps = cap_a.min(cap_b);
-                let local = body.select(body_t, caps);
+                let end_a = half_a.simd_gt(zero).select(zero - oz - half_a.max(zero).sqrt(), far);
+                let end_b = half_b.simd_gt(zero).select(ez - oz - half_b.max(zero).sqrt(), far);
+                let local = on_side.select(side_t, end_a.min(end_b));
                 (cz + local, close & local.simd_lt(far))
             }
         };
@@ -293,6 +300,12 @@ impl Geometry for StrandGeometry {
 }
 
 impl Bvh<StrandGeometry> {
+    /// Bytes of what hits need beside the hierarchy.
+    pub(crate) fn geometry_bytes(&self) -> usize {
+        let g = self.geometry();
+        size_of_val(g.points.as_slice()) + size_of_val(g.radii.as_slice()) + size_of_val(g.offsets.as_slice())
+    }
+
     pub(crate) fn hit(&self, ray: &Ray, found: &Found) -> StrandHit {
         let geometry = self.geometry();
         let leaf = self.leaf(found.leaf);

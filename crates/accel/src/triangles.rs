@@ -160,6 +160,7 @@ impl Bvh<TriangleGeometry> {
             normal: e1.cross(e2).normalize_or(Vec3::Y),
             // From the triangle, not from the ray: closer to the plane by far.
             position: a + e1 * u + e2 * v,
+            reach: a.abs().max((a + e1).abs()).max((a + e2).abs()).max_element(),
         }
     }
 }

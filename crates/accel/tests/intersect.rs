@@ -190,7 +190,8 @@ fn every_instruction_set_gives_the_same_bits() {
     let mesh = Triangles { positions: &positions, indices: &indices };
     let rays = rays(3000, &mut rng);
     let levels = SimdLevel::available();
-    assert!(!levels.is_empty());
+    // Every x86-64 has two at least: otherwise nothing would be compared here.
+    assert!(levels.len() >= if cfg!(target_arch = "x86_64") { 2 } else { 1 });
     for shape in [Shape::Round, Shape::Ribbon] {
         let mut want: Option<Vec<Option<Hit>>> = None;
         for &level in &levels {

@@ -13,6 +13,8 @@ pub struct GroomView {
     pub azimuth_deg: f32,
     /// Degrees above the horizon.
     pub elevation_deg: f32,
+    /// Metres per unit of the groom and the mesh.
+    pub unit_m: f32,
     /// A mesh to put under it, in the groom's own units and axes.
     pub head: Option<PathBuf>,
     /// A lat-long picture that lights it, instead of a key, a rim and a soft sky.
@@ -21,7 +23,7 @@ pub struct GroomView {
 
 impl Default for GroomView {
     fn default() -> Self {
-        Self { up: None, azimuth_deg: 30.0, elevation_deg: 8.0, head: None, environment: None }
+        Self { up: None, azimuth_deg: 30.0, elevation_deg: 8.0, unit_m: 0.01, head: None, environment: None }
     }
 }
 
@@ -48,8 +50,9 @@ pub(crate) fn text(path: &Path, view: &GroomView) -> Result<String, LoadError> {
         path.to_str().map(toml_string).ok_or_else(|| LoadError::NotText { path: path.clone() })
     };
     let mut text = format!(
-        "[scene]\nname = {}\n\n[camera]\nfov_deg = 28.0\norbit = {{ azimuth_deg = {:?}, elevation_deg = {:?} }}\n\n",
+        "[scene]\nname = {}\nunit_m = {:?}\n\n[camera]\nfov_deg = 28.0\norbit = {{ azimuth_deg = {:?}, elevation_deg = {:?} }}\n\n",
         toml_string(&path.file_stem().unwrap_or_default().to_string_lossy()),
+        view.unit_m,
         view.azimuth_deg,
         view.elevation_deg,
     );
@@ -76,13 +79,8 @@ pub(crate) fn text(path: &Path, view: &GroomView) -> Result<String, LoadError> {
     }
     if let Some(head) = &view.head {
         text += &format!(
-            "[[mesh]]\nname = \"head\"\nfile = {}\nalbedo = [0.45, 0.35, 0.30]\n{}\n",
+            "[[mesh]]\nname = \"head\"\nfile = {}\nup = \"{up}\"\nalbedo = [0.45, 0.35, 0.30]\n\n",
             quoted(head)?,
-            match up {
-                "z" => "transform = { rotate_deg = [-90.0, 0.0, 0.0] }\n",
-                "x" => "transform = { rotate_deg = [0.0, 0.0, 90.0] }\n",
-                _ => "",
-            }
         );
     }
     text += &format!("[[groom]]\nfile = {}\nlook = \"main\"\nup = \"{up}\"\n\n", quoted(path)?);

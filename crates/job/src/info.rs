@@ -9,9 +9,6 @@ pub enum InfoError {
     /// The groom could not be read.
     #[error(transparent)]
     Groom(#[from] formats::ReadError),
-    /// A scene could not be loaded.
-    #[error(transparent)]
-    Scene(#[from] crate::LoadError),
 }
 
 /// Describes a groom file: a table of statistics, then everything that looks wrong.

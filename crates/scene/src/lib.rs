@@ -28,6 +28,7 @@ pub mod file;
 
 mod assets;
 mod error;
+mod framing;
 mod look;
 mod procedural;
 mod resolve;
@@ -38,10 +39,11 @@ mod source;
 pub use assets::{Assets, EnvironmentImage, NoAssets};
 pub use error::{AssetError, Place, SceneError, SceneErrorKind};
 pub use file::{SceneFile, schema};
+pub use framing::{Viewpoint, auto_camera};
 pub use look::{Look, StrandPoint};
 pub use scene::{
     Camera, CurveBasis, CurveShape, FilmSettings, Filter, Heuristic, Integrator, Light, LightSelection, RenderSettings,
-    Scene, SceneGroom, SceneMesh, View, Viewpoint, auto_camera,
+    Scene, SceneGroom, SceneMesh, View,
 };
 pub use source::locate;
 

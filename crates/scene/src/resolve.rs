@@ -11,12 +11,11 @@ use crate::file::{
     AxisKind, CameraSection, FilmSection, FilterKind, GroomSection, IntegratorKind, LightKind, LightSection,
     LookSection, MeshSection, OrbitSection, RenderSection, SceneFile, Tone, TransformSection, WidthSection,
 };
+use crate::framing::{Viewpoint, auto_camera, outline};
 use crate::look;
 use crate::procedural;
-use crate::scene::{
-    Camera, FilmSettings, Light, RenderSettings, Scene, SceneGroom, SceneMesh, Viewpoint, auto_camera, outline,
-};
-use crate::source::Source;
+use crate::scene::{Camera, FilmSettings, Light, RenderSettings, Scene, SceneGroom, SceneMesh};
+use crate::source::{Source, Text};
 
 /// The farthest that anything may be from the origin, scene units: squares stay far inside `f32`.
 const FARTHEST: f64 = 1e9;
@@ -24,8 +23,36 @@ const FARTHEST: f64 = 1e9;
 /// Brightest radiance, intensity or irradiance: sums over many paths stay inside `f32`.
 const BRIGHTEST: f64 = 1e9;
 
+/// Most pixels of a picture; what the film accepts, too.
+const MOST_PIXELS: u32 = 1 << 27;
+
+/// Half angle below which a distant light is a single direction, radians: its disk has no digits left in `f32`.
+const SMALLEST_DISK: f32 = 1e-3;
+
 /// What hair is given when nobody says how thick it is, micrometres.
 const DEFAULT_DIAMETER_UM: f64 = 80.0;
+
+impl Scene {
+    /// Reads a scene file, applies overrides such as `look.main.ior=1.5`, and gets everything it names.
+    ///
+    /// # Errors
+    /// The first mistake in text, overrides, values or assets, with its place where it has one.
+    pub fn load(text: &str, overrides: &[String], assets: &dyn Assets) -> Result<Self, SceneError> {
+        let text = Text::new(text, overrides);
+        let source = text.parse()?;
+        scene(&source.file()?, &source, assets)
+    }
+
+    /// As [`load`](Self::load), from a file that is already typed; complaints then have key paths, but no
+    /// lines.
+    ///
+    /// # Errors
+    /// The first mistake in values or assets.
+    pub fn resolve(file: &SceneFile, assets: &dyn Assets) -> Result<Self, SceneError> {
+        let text = Text::new("", &[]);
+        scene(file, &text.parse()?, assets)
+    }
+}
 
 /// The checked scene.
 pub(crate) fn scene(file: &SceneFile, source: &Source<'_>, assets: &dyn Assets) -> Result<Scene, SceneError> {
@@ -97,9 +124,15 @@ impl Resolver<'_, '_> {
     fn film(&self, film: &FilmSection) -> Result<FilmSettings, SceneError> {
         let default_width = if film.filter == FilterKind::Box { 1.0 } else { 1.5 };
         let filter_width = film.filter_width_px.unwrap_or(default_width);
+        let width = self.count("film.width", film.width, 1, 16_384)?;
+        let height = self.count("film.height", film.height, 1, 16_384)?;
+        if width * height > MOST_PIXELS {
+            let message = format!("`film` has {width} x {height} pixels; at most {MOST_PIXELS} can be held");
+            return Err(self.source.at_value(SceneErrorKind::OutOfRange, "film.width", message));
+        }
         Ok(FilmSettings {
-            width: self.count("film.width", film.width, 1, 16_384)?,
-            height: self.count("film.height", film.height, 1, 16_384)?,
+            width,
+            height,
             filter: film.filter.into(),
             filter_width: self.number("film.filter_width_px", filter_width, 0.1, 16.0)?,
             exposure_ev: self.number("film.exposure_ev", film.exposure_ev, -32.0, 32.0)?,
@@ -281,7 +314,10 @@ impl Resolver<'_, '_> {
                 Ok(Light::Distant {
                     direction: self.direction(&at("direction"), direction)?,
                     irradiance: emitted("irradiance", section.irradiance)?,
-                    half_angle: 0.5 * self.number(&at("angle_deg"), angle, 0.0, 90.0)?.to_radians(),
+                    half_angle: {
+                        let half = 0.5 * self.number(&at("angle_deg"), angle, 0.0, 90.0)?.to_radians();
+                        if half < SMALLEST_DISK { 0.0 } else { half }
+                    },
                 })
             }
         }

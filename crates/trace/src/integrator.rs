@@ -161,7 +161,8 @@ impl Tracer {
             let hit = self.closest(&ray)?;
             match hit {
                 Hit::Triangle(t) if !self.scene.meshes[t.set as usize].visible => {
-                    ray.t_min = t.t * (1.0 + 1e-6) + 1e-7;
+                    // Hits at exactly this distance do not count again.
+                    ray.t_min = t.t;
                 }
                 _ => return Some(hit),
             }

@@ -88,9 +88,6 @@ pub(crate) struct Lights {
 /// Share of the choices that is spread evenly over the lights, relative to the rest.
 const FLOOR: f32 = 0.1;
 
-/// Below this half angle a disk in the sky is a single direction.
-const SMALLEST_DISK: f32 = 1e-3;
-
 impl Lights {
     pub(crate) fn new(
         lights: &[Light],
@@ -230,7 +227,7 @@ impl Emitter {
             &Light::Sphere { center, radius, radiance, visible } => Self::Sphere { center, radius, radiance, visible },
             &Light::Point { position, intensity } => Self::Point { position, intensity },
             &Light::Distant { direction, irradiance, half_angle } => {
-                if half_angle < SMALLEST_DISK {
+                if half_angle <= 0.0 {
                     return Self::Beam { towards: -direction, irradiance };
                 }
                 // Irradiance of a facing surface is ∫ L cos θ dω = π sin² of the half angle.
