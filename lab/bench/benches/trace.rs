@@ -1,28 +1,24 @@
-//! How many samples of pixels a second does the built-in scene give, on all threads?
+//! How many samples of pixels a second does the built-in scene give, on all threads? One pass over the whole
+//! picture, as a render makes it.
 
-use std::hint::black_box;
+use std::sync::atomic::AtomicBool;
 
 use bench::builtin;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use rayon::prelude::*;
+use film::Film;
 
 fn samples(c: &mut Criterion) {
     let tracer = builtin();
-    let film = tracer.scene().film;
-    // Every eighth row: the whole picture's mixture of hair, head and sky.
-    let rows: Vec<u32> = (0..film.height).step_by(8).collect();
+    let settings = tracer.scene().film;
+    let mut film = Film::new(settings.width, settings.height).expect("the built-in picture fits into memory");
     let mut group = c.benchmark_group("trace");
     group.sample_size(10);
-    group.throughput(Throughput::Elements(rows.len() as u64 * u64::from(film.width)));
+    group.throughput(Throughput::Elements(u64::from(settings.width) * u64::from(settings.height)));
     let mut index = 0;
     group.bench_function("samples", |b| {
         b.iter(|| {
+            tracer.render(&mut film, index, index + 1, &AtomicBool::new(false));
             index += 1;
-            rows.par_iter().for_each(|&y| {
-                for x in 0..film.width {
-                    black_box(tracer.sample(x, y, index));
-                }
-            });
         });
     });
     group.finish();
