@@ -469,7 +469,8 @@ pub struct LightSection {
     pub direction: Option<[f64; 3]>,
     /// Distant: irradiance in W/m² on a surface that faces the light, a number or [r, g, b].
     pub irradiance: Option<Tone>,
-    /// Distant: angular diameter in degrees, 0 to 90; the sun has 0.53. Default: 0, a single direction.
+    /// Distant: angular diameter in degrees, 0 to 90; the sun has 0.53. Below 0.115 it is a single
+    /// direction. Default: 0.
     pub angle_deg: Option<f64>,
 }
 

@@ -59,7 +59,7 @@ enum Emitter {
         position: Vec3,
         intensity: Rgb,
     },
-    /// Towards the light; cosine of the half angle; radiance within the cone.
+    /// Towards the light; one minus the cosine of the half angle; radiance within the cone.
     Disk {
         towards: Vec3,
         one_minus_cos: f32,
