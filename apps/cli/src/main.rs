@@ -4,7 +4,10 @@
 
 mod compare;
 mod fiber_eval;
+mod lobes;
+mod model;
 mod render;
+mod reproduce;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -39,6 +42,13 @@ enum Command {
         #[command(subcommand)]
         command: FiberCommand,
     },
+    /// Draw what a look or a model scatters
+    Lobes {
+        #[command(subcommand)]
+        command: lobes::Command,
+    },
+    /// Try the papers' claims and figures, and write a page about each
+    Reproduce(reproduce::Args),
     /// Measure how far one picture is from another
     Compare(compare::Args),
 }
@@ -87,6 +97,8 @@ fn run(cli: Cli) -> anyhow::Result<ExitCode> {
             Ok(ExitCode::SUCCESS)
         }
         Command::Fiber { command: FiberCommand::Eval(args) } => fiber_eval::run(&args),
+        Command::Lobes { command } => lobes::run(&command),
+        Command::Reproduce(args) => reproduce::run(&args),
         Command::Compare(args) => compare::run(&args),
     }
 }

@@ -302,7 +302,7 @@ fn help_lists_what_there_is() {
     }
     assert!(desk.good("fiber --help").out.contains("eval"));
     let help = desk.good("fiber eval --help").out;
-    for model in ["deon", "chiang", "lambertian", "kajiya_kay", "hery"] {
+    for model in ["deon", "chiang", "lambertian", "kajiya_kay", "hery", "marschner", "sadeghi", "fur"] {
         assert!(help.contains(model), "{model} in {help}");
     }
     assert!(desk.good("--version").out.contains(env!("CARGO_PKG_VERSION")));
@@ -320,7 +320,10 @@ fn wrong_commands_and_values_of_flags_are_refused() {
         ("render --frob", &["--frob", "--help"]),
         ("fiber", &["eval"]),
         ("fiber eval", &["--model"]),
-        ("fiber eval --model marschner", &["marschner", "deon", "chiang", "kajiya_kay"]),
+        (
+            "fiber eval --model blinn",
+            &["'blinn'", "deon, chiang, lambertian, kajiya_kay, hery, marschner, sadeghi, fur"],
+        ),
         ("info", &["<FILES>"]),
         ("compare a.exr", &["<REFERENCE>"]),
         ("render tiny.toml --groom two.hair", &["--groom", "cannot be used with"]),

@@ -76,13 +76,22 @@ pub struct Hit<F = f32> {
     /// Offset in `[-1, 1]`: `-N·t` with the surface normal `N` and `t = normalize(u × known)`.
     /// Far-field models ignore it.
     pub h: F,
+    /// How many pixels wide the fiber looks from where the known direction points; infinite where that
+    /// has no meaning. Only models whose field is [`Field::Auto`](crate::Field::Auto) look at it.
+    pub width_px: F,
 }
 
 impl<F: Real> Hit<F> {
     /// A hit; `h` is clamped into `[-1, 1]`.
     #[inline]
     pub fn new(known: Dir<F>, h: F) -> Self {
-        Self { known, h: h.clamp_to(-F::one(), F::one()) }
+        Self { known, h: h.clamp_to(-F::one(), F::one()), width_px: F::infinity() }
+    }
+
+    /// The same hit on a fiber that looks `width_px` pixels wide.
+    #[inline]
+    pub fn with_width(self, width_px: F) -> Self {
+        Self { width_px, ..self }
     }
 
     /// Azimuth of `s` relative to the known direction, in `(-π, π]`.

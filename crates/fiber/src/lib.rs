@@ -37,7 +37,10 @@
 
 pub mod absorption;
 pub mod lobe;
+pub mod multiple;
 pub mod quadrature;
+pub mod shader;
+pub mod table;
 
 #[cfg(feature = "conformance")]
 pub mod conformance;
@@ -46,9 +49,15 @@ mod dir;
 mod model;
 
 pub use dir::{Dir, Hit, wrap_angle};
+pub use lobe::caustic::Caustic;
+pub use lobe::roots::Roots;
 pub use model::chiang::{Chiang, ChiangSetup};
-pub use model::deon::{Attenuation, Deon, DeonSetup, Field, Weights};
-pub use model::hery::{Hery, HeryMode, HerySetup};
-pub use model::kajiya_kay::{KajiyaKay, KajiyaKayMode, KajiyaKaySetup};
+pub use model::deon::{Attenuation, Deon, DeonSetup, Weights};
+pub use model::field::Field;
+pub use model::fur::{Fur, FurSetup, Medulla};
+pub use model::hery::{Hery, HeryLobe, HeryMode, HerySetup};
+pub use model::kajiya_kay::{Highlight, KajiyaKay, KajiyaKayMode, KajiyaKaySetup};
 pub use model::lambertian::{Lambertian, LambertianSetup};
+pub use model::marschner::{Marschner, MarschnerNorm, MarschnerSetup};
+pub use model::sadeghi::{ArtistLobe, Glint, Sadeghi, SadeghiMode, SadeghiSetup};
 pub use model::{DIMS, Fiber, FiberSetup, LOBE_NAMES, Lobes, Model, R, RESIDUAL, Sample, Scatter, TRT, TT};

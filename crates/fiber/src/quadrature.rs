@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 /// The rules that exist; [`rule`] rounds up to the next.
-pub const SIZES: [usize; 10] = [8, 16, 24, 32, 48, 64, 96, 128, 192, 256];
+pub const SIZES: [usize; 14] = [8, 16, 24, 32, 48, 64, 80, 96, 112, 128, 160, 192, 224, 256];
 
 /// A rule on `[-1, 1]`: nodes in ascending order with their weights, which sum to 2.
 pub type Rule = [(f64, f64)];

@@ -9,8 +9,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use fiber::conformance::{Case, Lobe, Symmetry, Weight, Widened};
 use fiber::{
-    Attenuation, Chiang, DIMS, Deon, Dir, Fiber, Field, Hery, HeryMode, Hit, KajiyaKay, KajiyaKayMode, Lambertian,
-    Model, Scatter, Weights, conformance,
+    Attenuation, Chiang, DIMS, Deon, Dir, Fiber, Field, Hery, HeryLobe, HeryMode, Highlight, Hit, KajiyaKay,
+    KajiyaKayMode, Lambertian, Model, Scatter, Weights, conformance,
 };
 use math::{Real, Rgb};
 
@@ -29,7 +29,7 @@ fn degrees<const N: usize>(x: [f64; N]) -> Vec<f64> {
 // --- Kajiya and Kay
 
 fn kajiya_kay<F: Real>(exponent: f64, mode: KajiyaKayMode) -> KajiyaKay<F> {
-    KajiyaKay { diffuse: rgb([0.4, 0.3, 0.2]), specular: rgb([0.5, 0.55, 0.6]), exponent: F::of(exponent), mode }
+    KajiyaKay::single(rgb([0.4, 0.3, 0.2]), rgb([0.5, 0.55, 0.6]), F::of(exponent), mode)
 }
 
 fn kajiya_kay_case(exponent: f64, mode: KajiyaKayMode) -> Case<KajiyaKay<f64>, KajiyaKay<f32>> {
@@ -57,6 +57,49 @@ conformance!(
     except: [never_reflects_more_than_it_receives, reciprocity],
 );
 
+/// Exponents and shifts (degrees) of two highlights as Scheuermann has them, wider apart than on hair.
+const SCHEUERMANN: [(f64, f64); 2] = [(50.0, -5.0), (12.0, 8.0)];
+
+fn two_highlights<F: Real>(mode: KajiyaKayMode) -> KajiyaKay<F> {
+    let highlight = |i: usize, color: [f64; 3]| {
+        let (exponent, shift) = SCHEUERMANN[i];
+        Highlight { color: rgb(color), exponent: F::of(exponent), shift: F::of(shift.to_radians()) }
+    };
+    let highlights = [highlight(0, [0.3; 3]), highlight(1, [0.4, 0.25, 0.1])];
+    KajiyaKay { diffuse: rgb([0.3, 0.2, 0.1]), highlights, mode }
+}
+
+fn two_highlights_case(mode: KajiyaKayMode) -> Case<KajiyaKay<f64>, KajiyaKay<f32>> {
+    Case {
+        lobes: SCHEUERMANN
+            .map(|(exponent, shift)| Lobe { shift: 2.0 * shift.to_radians(), width: exponent.sqrt().recip() })
+            .to_vec(),
+        // Both ends of both cones, also as folded over either pole.
+        kinks: |theta_k| {
+            let centres = SCHEUERMANN.map(|(_, shift)| 2.0 * shift.to_radians() - theta_k);
+            let ends = centres.into_iter().flat_map(|c| [c - FRAC_PI_2, c + FRAC_PI_2]);
+            ends.flat_map(|t| [t, PI - t, -PI - t]).collect()
+        },
+        ..Case::new("Kajiya-Kay with two highlights", two_highlights(mode), two_highlights(mode))
+    }
+}
+
+// A shifted cone is as symmetric in the two directions as an unshifted one.
+conformance!(
+    kajiya_kay_with_two_highlights,
+    Case {
+        thetas: degrees([0.0, -60.0, 85.0]),
+        symmetry: Symmetry::Scattering,
+        ..two_highlights_case(KajiyaKayMode::Normalised)
+    }
+);
+
+conformance!(
+    kajiya_kay_thesis_with_two_highlights,
+    Case { thetas: degrees([30.0, -85.0]), ..two_highlights_case(KajiyaKayMode::Thesis) },
+    except: [never_reflects_more_than_it_receives, reciprocity],
+);
+
 // --- Lambertian
 
 fn lambertian<F: Real>() -> Lambertian<F> {
@@ -76,13 +119,8 @@ conformance!(
 // --- Hery and Ramamoorthi
 
 fn hery<F: Real>(beta_deg: f64, alpha_deg: f64, mode: HeryMode) -> Hery<F> {
-    Hery {
-        tint: rgb([1.0, 0.8, 0.3]),
-        beta: F::of(beta_deg.to_radians()),
-        alpha: F::of(alpha_deg.to_radians()),
-        mode,
-        cos_theta_d: false,
-    }
+    let (beta, alpha) = (F::of(beta_deg.to_radians()), F::of(alpha_deg.to_radians()));
+    Hery { mode, ..Hery::single(rgb([1.0, 0.8, 0.3]), beta, alpha) }
 }
 
 fn hery_case(beta_deg: f64, alpha_deg: f64, mode: HeryMode) -> Case<Hery<f64>, Hery<f32>> {
@@ -134,6 +172,50 @@ conformance!(
     }
 );
 
+/// Widths and shifts of the two lobes in the paper's figure 5, degrees.
+const FIGURE_5: [(f64, f64); 2] = [(5.0, -2.0), (10.0, 5.0)];
+
+/// A weak white lobe and a strong blue one, which together return up to 1.17 of the light.
+fn two_lobes<F: Real>(mode: HeryMode) -> Hery<F> {
+    let lobe = |i: usize, tint: [f64; 3]| {
+        let (beta, alpha) = FIGURE_5[i];
+        HeryLobe { tint: rgb(tint), beta: F::of(beta.to_radians()), alpha: F::of(alpha.to_radians()) }
+    };
+    Hery { lobes: [lobe(0, [0.17; 3]), lobe(1, [0.1, 0.2, 1.0])], mode, cos_theta_d: false }
+}
+
+fn two_lobes_case(mode: HeryMode) -> Case<Hery<f64>, Hery<f32>> {
+    Case {
+        lobes: FIGURE_5
+            .map(|(beta, alpha)| Lobe { shift: 2.0 * alpha.to_radians(), width: 2.0 * beta.to_radians() })
+            .to_vec(),
+        energy_bound: 1.17,
+        ..Case::new("Hery-Ramamoorthi with two lobes", two_lobes(mode), two_lobes(mode))
+    }
+}
+
+conformance!(hery_with_two_lobes, Case { thetas: degrees([0.0, 60.0, -85.0]), ..two_lobes_case(HeryMode::Truncated) });
+
+conformance!(
+    hery_with_two_lobes_and_its_exact_density,
+    Case {
+        thetas: degrees([0.0, -80.0]),
+        kinks: |theta_k| {
+            let centres = FIGURE_5.map(|(_, alpha)| 2.0 * alpha.to_radians() - theta_k);
+            let ends = centres.into_iter().flat_map(|c| [2.0 * c, PI - 2.0 * c.abs()]);
+            ends.flat_map(|x| [x, -x]).collect()
+        },
+        ..two_lobes_case(HeryMode::FaithfulExactPdf)
+    }
+);
+
+// As with one lobe: what folds is not described by the printed density.
+conformance!(
+    hery_faithful_with_two_lobes,
+    Case { thetas: degrees([0.0, 80.0]), ..two_lobes_case(HeryMode::Faithful) },
+    except: [pdf_integrates_to_one, histogram_follows_pdf, sampled_energy_matches_integrated],
+);
+
 // --- Chiang et al.
 
 fn chiang<F: Real>(beta_m: f64, beta_n: f64, alpha_deg: f64, sigma_a: [f64; 3]) -> Chiang<F> {
@@ -143,6 +225,7 @@ fn chiang<F: Real>(beta_m: f64, beta_n: f64, alpha_deg: f64, sigma_a: [f64; 3]) 
         alpha: F::of(alpha_deg.to_radians()),
         eta: F::of(1.55),
         sigma_a: rgb(sigma_a),
+        field: Field::Near,
     }
 }
 
@@ -254,6 +337,7 @@ fn deon_case(
             match field {
                 Field::Near => "d'Eon, near field",
                 Field::Far => "d'Eon, far field",
+                Field::Auto => "d'Eon, field by width",
             },
             deon(beta_deg, alpha_deg, sigma_a, field, weights),
             deon(beta_deg, alpha_deg, sigma_a, field, weights),

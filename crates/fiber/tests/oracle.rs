@@ -10,8 +10,8 @@ use fiber::lobe::longitudinal::{self, Cone};
 use fiber::quadrature::rule;
 use fiber::wrap_angle;
 use fiber::{
-    Attenuation, Chiang, DIMS, Deon, Dir, Field, Hery, HeryMode, Hit, KajiyaKay, KajiyaKayMode, Lambertian, Model, R,
-    RESIDUAL, Scatter, Weights,
+    Attenuation, Chiang, DIMS, Deon, Dir, Field, Hery, HeryLobe, HeryMode, Highlight, Hit, KajiyaKay, KajiyaKayMode,
+    Lambertian, Model, R, RESIDUAL, Scatter, TRT, Weights,
 };
 use math::{Rgb, hash};
 use serde_json::Value;
@@ -122,11 +122,11 @@ fn deon(beta_m: f64, beta_n: f64, alpha: f64, sigma_a: f64) -> Deon<f64> {
 }
 
 fn hery(beta: f64, alpha: f64, mode: HeryMode) -> Hery<f64> {
-    Hery { tint: Rgb::white(), beta, alpha, mode, cos_theta_d: false }
+    Hery { mode, ..Hery::single(Rgb::white(), beta, alpha) }
 }
 
 fn kajiya_kay(diffuse: f64, specular: f64, exponent: f64, mode: KajiyaKayMode) -> KajiyaKay<f64> {
-    KajiyaKay { diffuse: Rgb::splat(diffuse), specular: Rgb::splat(specular), exponent, mode }
+    KajiyaKay::single(Rgb::splat(diffuse), Rgb::splat(specular), exponent, mode)
 }
 
 // --- Pieces
@@ -383,7 +383,7 @@ fn white_furnaces_are_the_tabulated_ones() {
 }
 
 fn chiang(alpha: f64, sigma_a: f64) -> Chiang<f64> {
-    Chiang { beta_m: 0.3, beta_n: 0.3, alpha, eta: 1.55, sigma_a: Rgb::splat(sigma_a) }
+    Chiang { beta_m: 0.3, beta_n: 0.3, alpha, eta: 1.55, sigma_a: Rgb::splat(sigma_a), field: Field::Near }
 }
 
 fn chiang_energy(model: &Chiang<f64>, theta_k: f64, h: f64) -> f64 {
@@ -479,6 +479,7 @@ fn chiang_is_the_exact_table_and_near_mitsuba() {
             alpha: number(row, "alpha_deg").to_radians(),
             eta: number(row, "eta"),
             sigma_a: colour(row, "sigma_a"),
+            field: Field::Near,
         };
         let setup = model.prepare(&Hit::new(Dir::new(number(row, "theta_k"), 0.9), number(row, "h")));
         let s = Dir::new(number(row, "theta_s"), 0.9 + number(row, "phi_rel"));
@@ -553,6 +554,89 @@ fn kajiya_kay_is_the_closed_form() {
         }
     }
     assert_eq!(rows.len(), 107);
+}
+
+/// Moving a highlight is turning the fiber under it: it returns what the unmoved one returns at the inclination
+/// `θ_k - 2α`, so all of its colour where that is 0, and less on either side.
+#[test]
+fn kajiya_kay_shifted_returns_what_the_unshifted_does() {
+    let mut compared = 0;
+    for m in [0.0_f64, 3.0, 25.0, 100.0] {
+        let energy = |theta_k: f64, shift: f64| {
+            let highlight = Highlight { color: Rgb::white(), exponent: m, shift };
+            let model = KajiyaKay {
+                diffuse: Rgb::black(),
+                highlights: [Highlight::none(), highlight],
+                mode: KajiyaKayMode::Normalised,
+            };
+            let setup = model.prepare(&Hit::new(Dir::new(theta_k, 0.0), 0.0));
+            let centre = 2.0 * shift - theta_k;
+            let mut cuts = around(&[(centre, m.max(1.0).sqrt().recip())]);
+            cuts.extend([centre - FRAC_PI_2, centre + FRAC_PI_2]);
+            // No dependence on the azimuth at all.
+            let [energy] = over_the_sphere(&cuts, 1, |s| [setup.eval(s)[TRT][0]]);
+            energy
+        };
+        for shift_deg in [-10.0_f64, 4.0, 20.0] {
+            let shift = shift_deg.to_radians();
+            assert!((energy(2.0 * shift, shift) - 1.0).abs() < 1e-6, "m = {m}, α = {shift_deg}°: at its best not 1");
+            for theta_deg in [-70.0_f64, -45.0, -10.0, 0.0, 30.0, 50.0] {
+                let theta_k = theta_deg.to_radians();
+                if (theta_k - 2.0 * shift).abs() > FRAC_PI_2 {
+                    continue;
+                }
+                let (got, want) = (energy(theta_k, shift), energy(theta_k - 2.0 * shift, 0.0));
+                // Two quadratures with cuts in different places.
+                assert!((got - want).abs() < 1e-6, "m = {m}, α = {shift_deg}°, θ = {theta_deg}°: {got} and {want}");
+                assert!(got < 1.0, "m = {m}, α = {shift_deg}°, θ = {theta_deg}°: {got} comes back");
+                compared += 1;
+            }
+        }
+    }
+    assert_eq!(compared, 68);
+}
+
+#[test]
+fn two_highlights_are_the_sum_of_each() {
+    let (first, second) = (
+        Highlight { color: Rgb([0.3, 0.2, 0.1]), exponent: 40.0, shift: -0.06 },
+        Highlight { color: Rgb([0.1, 0.3, 0.2]), exponent: 12.0, shift: 0.1 },
+    );
+    for mode in [KajiyaKayMode::Normalised, KajiyaKayMode::Thesis] {
+        for index in 0..50 {
+            let u = uniform(0x6b6b, index);
+            let hit = Hit::new(Dir::new(2.8 * u[0] - 1.4, 0.3), 0.0);
+            let s = Dir::new(2.8 * u[1] - 1.4, 6.0 * u[2]);
+            let at = |highlights| KajiyaKay { diffuse: Rgb::splat(0.2), highlights, mode }.prepare(&hit).eval(s);
+            let both = at([first, second]);
+            assert_eq!(both[R], at([first, Highlight::none()])[R]);
+            assert_eq!(both[TRT], at([Highlight::none(), second])[TRT]);
+            // The same highlight in the other place is the same highlight.
+            assert_eq!(both[R], at([second, first])[TRT]);
+            assert_eq!(both[RESIDUAL], at([Highlight::none(); 2])[RESIDUAL]);
+        }
+    }
+}
+
+#[test]
+fn two_hery_lobes_are_the_sum_of_each() {
+    let first = HeryLobe { tint: Rgb::splat(0.17), beta: 5.0_f64.to_radians(), alpha: (-2.0_f64).to_radians() };
+    let second = HeryLobe { tint: Rgb([0.0, 0.1, 1.0]), beta: 10.0_f64.to_radians(), alpha: 5.0_f64.to_radians() };
+    let share = first.tint.luminance() / (first.tint.luminance() + second.tint.luminance());
+    for mode in [HeryMode::Truncated, HeryMode::Faithful, HeryMode::FaithfulExactPdf] {
+        for index in 0..50 {
+            let u = uniform(0x6872, index);
+            let hit = Hit::new(Dir::new(2.8 * u[0] - 1.4, 0.3), 0.0);
+            let s = Dir::new(2.8 * u[1] - 1.4, 6.0 * u[2]);
+            let at = |lobes| Hery { lobes, mode, cos_theta_d: false }.prepare(&hit).eval_pdf(s);
+            let ((both, pdf), (one, one_pdf), (other, other_pdf)) =
+                (at([first, second]), at([first, HeryLobe::none()]), at([HeryLobe::none(), second]));
+            assert_eq!((both[R], both[TRT]), (one[R], other[TRT]));
+            assert!(one[TRT].is_black() && other[R].is_black());
+            let mixture = share * one_pdf + (1.0 - share) * other_pdf;
+            assert!((pdf - mixture).abs() <= 1e-12 * mixture, "{mode:?}: {pdf} and {mixture}");
+        }
+    }
 }
 
 #[test]

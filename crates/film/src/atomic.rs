@@ -1,7 +1,7 @@
 //! Files that are either complete or not there.
 
 use std::fs::File;
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use crate::SizeError;
@@ -61,6 +61,14 @@ pub enum WriteError {
         /// The name found.
         name: String,
     },
+}
+
+/// Writes `bytes` to `path`; the file is complete or not there.
+///
+/// # Errors
+/// The file cannot be written; what stood there before is untouched.
+pub fn write_bytes(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), WriteError> {
+    write(path.as_ref(), |file| file.write_all(bytes).map_err(|error| error.to_string()))
 }
 
 /// Writes `path` through a temporary file beside it: filled, flushed to the disk, then renamed.

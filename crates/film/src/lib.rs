@@ -39,7 +39,7 @@ mod frame;
 mod view;
 
 pub use self::image::{Defects, Image, ReadImageError};
-pub use atomic::WriteError;
+pub use atomic::{WriteError, write_bytes};
 pub use compare::{CompareError, Comparison, difference_image};
 pub use exr_out::{Metadata, write_exr, write_image_exr};
 pub use frame::{Film, MAX_PIXELS, MAX_SIDE, NO_STRAND, Pixel, Sample, SizeError};

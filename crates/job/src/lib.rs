@@ -116,6 +116,16 @@ pub fn load(source: &Source, overrides: &[String]) -> Result<Scene, LoadError> {
     Ok(scene)
 }
 
+/// The looks of a scene file, by name, without any variation; grooms and pictures are not read.
+///
+/// # Errors
+/// The first thing that is wrong with the file's text or its looks.
+pub fn looks(path: &Path) -> Result<Vec<(String, fiber::Fiber)>, LoadError> {
+    let wrong = |cause| LoadError::Scene { file: Some(path.to_owned()), cause: Box::new(cause) };
+    let looks = scene::looks(&read_text(path)?, &[]).map_err(wrong)?;
+    Ok(looks.iter().map(|look| (look.name().to_owned(), look.base())).collect())
+}
+
 fn read_text(path: &Path) -> Result<String, LoadError> {
     let error = |cause| LoadError::Read { path: path.to_owned(), cause };
     let refuse = |reason: String| error(std::io::Error::other(reason));

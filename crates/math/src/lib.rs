@@ -23,7 +23,7 @@ mod rgb;
 pub use frame::Frame;
 pub use glam::{Affine3A, DVec3, Mat3, Quat, Vec2, Vec3, Vec4};
 pub use real::Real;
-pub use rgb::Rgb;
+pub use rgb::{LUMINANCE, Rgb};
 
 /// Straight interpolation: `a` at 0, `b` at 1.
 #[inline]

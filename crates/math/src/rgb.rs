@@ -9,6 +9,9 @@ use crate::Real;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rgb<F = f32>(pub [F; 3]);
 
+/// Luminance of red, green and blue, Rec.709.
+pub const LUMINANCE: [f64; 3] = [0.212_671, 0.715_160, 0.072_169];
+
 impl<F: Real> Rgb<F> {
     /// From red, green and blue.
     #[inline]
@@ -51,7 +54,8 @@ impl<F: Real> Rgb<F> {
     #[inline]
     pub fn luminance(self) -> F {
         let [r, g, b] = self.0;
-        F::of(0.212_671) * r + F::of(0.715_160) * g + F::of(0.072_169) * b
+        let [wr, wg, wb] = LUMINANCE.map(F::of);
+        wr * r + wg * g + wb * b
     }
 
     /// The largest channel.

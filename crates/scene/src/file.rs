@@ -741,39 +741,43 @@ pub enum RegionKind {
 pub struct LookSection {
     /// The scattering model. Default: `deon`.
     pub model: Option<ModelKind>,
-    /// Values to start from; what else is given replaces them. For `deon` and `chiang`.
+    /// Values to start from; what else is given replaces them. For models with pigment: `deon`, `chiang`,
+    /// `marschner`, `fur`.
     pub preset: Option<PresetKind>,
-    /// deon, chiang: concentration of eumelanin (brown), 0 to 100: 0.3 blonde, 1.3 brown, 8 black.
+    /// Models with pigment: concentration of eumelanin (brown), 0 to 100: 0.3 blonde, 1.3 brown, 8 black.
     /// Default: 1.3, or 0 when only pheomelanin is given.
     pub eumelanin: Option<Param>,
-    /// deon, chiang: concentration of pheomelanin (red), 0 to 100. Default: 0.2, or 0 when only eumelanin
+    /// Models with pigment: concentration of pheomelanin (red), 0 to 100. Default: 0.2, or 0 when only eumelanin
     /// is given.
     pub pheomelanin: Option<Param>,
-    /// deon, chiang: amount of pigment as in Cycles, 0 (none) to 1 (black). Default: 0.8 when only redness
+    /// Models with pigment: amount of pigment as in Cycles, 0 (none) to 1 (black). Default: 0.8 when only redness
     /// is given.
     pub melanin: Option<Param>,
-    /// deon, chiang: share of the red pigment as in Cycles, 0 to 1. Default: 0.
+    /// Models with pigment: share of the red pigment as in Cycles, 0 to 1. Default: 0.
     pub redness: Option<Param>,
-    /// deon, chiang: the colour that thick hair takes on after much scattering, 0 to 1 per channel.
+    /// Models with pigment: the colour that thick hair takes on after much scattering, 0 to 1 per channel.
     pub color: Option<Param>,
-    /// deon, chiang: absorption per fiber radius, 0 to 10000 per channel.
+    /// deon, chiang: how `color` becomes absorption. Default: `fit` for chiang, `numeric` for deon.
+    pub color_method: Option<ColorMethodKind>,
+    /// Models with pigment: absorption per fiber radius, 0 to 10000 per channel.
     pub absorption: Option<Param>,
-    /// deon, chiang: whose pigment constants are used. Default: `pbrt` for eumelanin and pheomelanin,
+    /// Models with pigment: whose pigment constants are used. Default: `pbrt` for eumelanin and pheomelanin,
     /// `cycles` for melanin and redness.
     pub melanin_constants: Option<MelaninConstantsKind>,
-    /// deon: width of the highlight along the fiber, degrees (standard deviation), 0.02 to 90. Default: 7.5.
+    /// deon, marschner, fur: width of the highlight along the fiber, degrees (standard deviation; marschner: of
+    /// the half angle), 0.02 to 90. Default: 7.5.
     pub longitudinal_roughness_deg: Option<Param>,
-    /// deon: width of the highlight around the fiber, degrees (standard deviation), 0.02 to 90. Default:
+    /// deon, fur: width of the highlight around the fiber, degrees (standard deviation), 0.02 to 90. Default:
     /// the longitudinal one.
     pub azimuthal_roughness_deg: Option<Param>,
     /// chiang: roughness along the fiber, 0.01 to 1. Default: 0.3.
     pub longitudinal_roughness: Option<Param>,
     /// chiang: roughness around the fiber, 0.01 to 1. Default: 0.3.
     pub azimuthal_roughness: Option<Param>,
-    /// deon, chiang, hery: tilt of the cuticle scales, degrees, -20 to 20. Negative, as on real hair, moves
-    /// the highlight to the root. Default: deon -3, chiang -2, hery -2.
+    /// deon, chiang, fur, marschner, hery: tilt of the cuticle scales, degrees, -20 to 20. Negative, as on real
+    /// hair, moves the highlight to the root. Default: deon and fur -3, marschner -5, chiang and hery -2.
     pub tilt_deg: Option<Param>,
-    /// deon, chiang: index of refraction, 1.01 to 3. Default: 1.55.
+    /// deon, chiang, fur, marschner: index of refraction, 1.01 to 3. Default: 1.55.
     pub ior: Option<Param>,
     /// deon: whether light that bounces inside three times and more is kept. Default: true.
     pub residual: Option<bool>,
@@ -781,24 +785,98 @@ pub struct LookSection {
     pub attenuation: Option<AttenuationKind>,
     /// deon: how a sample is weighted. Default: `marginal`.
     pub weights: Option<WeightsKind>,
-    /// deon: whether the place across the fiber counts. Default: `near`.
+    /// deon, chiang: whether the place across the fiber counts. Default: `near`.
     pub field: Option<FieldKind>,
     /// lambertian: reflectance, 0 to 1. Default: 0.5.
     pub albedo: Option<Param>,
-    /// kajiya_kay: diffuse reflectance, 0 to 1. Default: [0.4, 0.25, 0.15].
+    /// kajiya_kay: diffuse reflectance, 0 to 1. Default: [0.4, 0.25, 0.15]. marschner: a diffuse part that
+    /// stands for what the lobes leave out. Default: 0.
     pub diffuse: Option<Param>,
     /// kajiya_kay: strength of the highlight, 0 to 1. Default: 0.2.
     pub specular: Option<Param>,
     /// kajiya_kay: sharpness of the highlight, 0 to 10000. Default: 25.
     pub exponent: Option<Param>,
+    /// kajiya_kay: tilt of the tangent for the highlight, degrees, -20 to 20; negative moves it to the root.
+    /// Default: 0.
+    pub shift_deg: Option<Param>,
+    /// kajiya_kay: strength of the second highlight, 0 to 1. Default: 0, none.
+    pub specular2: Option<Param>,
+    /// kajiya_kay: sharpness of the second highlight. Default: 25.
+    pub exponent2: Option<Param>,
+    /// kajiya_kay: tilt of the tangent for the second highlight, degrees. Default: 0.
+    pub shift2_deg: Option<Param>,
     /// hery: colour of the highlight, 0 to 1. Default: 1.
     pub tint: Option<Param>,
     /// hery: width of the highlight, degrees (standard deviation of the half angle), 0.02 to 90. Default: 5.
     pub roughness_deg: Option<Param>,
+    /// hery: colour of the second highlight, 0 to 1. Default: 0, none.
+    pub tint2: Option<Param>,
+    /// hery: width of the second highlight, degrees. Default: 10.
+    pub roughness2_deg: Option<Param>,
+    /// hery: tilt of the second highlight, degrees. Default: 5.
+    pub tilt2_deg: Option<Param>,
+    /// marschner: shorter over longer diameter of the cross-section, 0.85 to 1. Default: 1.
+    pub eccentricity: Option<Param>,
+    /// marschner: how the paths that leave at an azimuth are found. Default: `exact`.
+    pub roots: Option<RootsKind>,
+    /// marschner: whether caustics are smoothed into glints. Default: true.
+    pub glints: Option<bool>,
+    /// marschner: strength of the glints, 0 to 5. Default: 1.
+    pub glint_strength: Option<Param>,
+    /// marschner: width of the glints in azimuth, degrees, 0.1 to 90. Default: 15. sadeghi: standard deviation
+    /// of the glints. Default: 5.
+    pub glint_width_deg: Option<Param>,
+    /// marschner: stretch of the index over which glints fade where there is no caustic any more, 0.001 to 1.
+    /// Default: 0.3.
+    pub glint_fade: Option<Param>,
+    /// marschner: widest part of the cross-section that feeds a glint, 0 to 1. Default: 0.5.
+    pub glint_limit: Option<Param>,
+    /// sadeghi: strength of the glints beside the rest of TRT, 0 to 100. Default: 1.
+    pub glint_intensity: Option<Param>,
+    /// sadeghi: azimuth of the glints, degrees, 0 to 180. Default: 37.5, another on every strand by up to 7.5.
+    pub glint_angle_deg: Option<Param>,
+    /// sadeghi: colour of lobe R, the first highlight, 0 to 1. Default: 1.
+    pub r_color: Option<Param>,
+    /// sadeghi: intensity of R, 0 to 100. Default: 0.45.
+    pub r_intensity: Option<Param>,
+    /// sadeghi: position of R, degrees in the half angle, -45 to 45; negative lies towards the root.
+    /// Default: -5.
+    pub r_shift_deg: Option<Param>,
+    /// sadeghi: width of R along the fiber, degrees (standard deviation of the half angle). Default: 7.5.
+    pub r_width_deg: Option<Param>,
+    /// sadeghi: colour of lobe TT, the light that passes through. Default: [0.5, 0.3, 0.15].
+    pub tt_color: Option<Param>,
+    /// sadeghi: intensity of TT. Default: 0.25.
+    pub tt_intensity: Option<Param>,
+    /// sadeghi: position of TT, degrees. Default: 2.5.
+    pub tt_shift_deg: Option<Param>,
+    /// sadeghi: width of TT along the fiber, degrees. Default: 3.75.
+    pub tt_width_deg: Option<Param>,
+    /// sadeghi: width of TT around the fiber, degrees. Default: 10.
+    pub tt_azimuthal_width_deg: Option<Param>,
+    /// sadeghi: colour of lobe TRT, the second, coloured highlight. Default: [0.4, 0.2, 0.08].
+    pub trt_color: Option<Param>,
+    /// sadeghi: intensity of TRT. Default: 0.3.
+    pub trt_intensity: Option<Param>,
+    /// sadeghi: position of TRT, degrees. Default: 7.5.
+    pub trt_shift_deg: Option<Param>,
+    /// sadeghi: width of TRT along the fiber, degrees. Default: 15.
+    pub trt_width_deg: Option<Param>,
+    /// fur: radius of the medulla in fiber radii, 0 to 0.95. Default: 0.6.
+    pub medulla: Option<Param>,
+    /// fur: scattering of the medulla per fiber radius, 0 to 1000. Default: 3.
+    pub medulla_scattering: Option<Param>,
+    /// fur: absorption of the medulla per fiber radius, 0 to 10000 per channel. Default: 0.1.
+    pub medulla_absorption: Option<Param>,
+    /// fur: anisotropy of the medulla's scattering, -0.6 (back) to 0.9 (forward). Default: 0.2.
+    pub medulla_anisotropy: Option<Param>,
+    /// fur: number of layers of the cuticle, 1 to 10; more reflect more. Default: 1.
+    pub cuticle_layers: Option<Param>,
     /// hery: whether the factor of the difference angle is kept. Default: false.
     pub cos_theta_d: Option<bool>,
     /// kajiya_kay: `normalised` (default) or `thesis`. hery: `truncated` (default), `faithful` or
-    /// `faithful_exact_pdf`.
+    /// `faithful_exact_pdf`. marschner: `normalised` (default) or `as_printed`. sadeghi: `normalised`
+    /// (default) or `legacy`.
     pub mode: Option<ModeKind>,
 }
 
@@ -817,6 +895,32 @@ pub enum ModelKind {
     KajiyaKay,
     /// Hery and Ramamoorthi 2012: the highlight alone.
     Hery,
+    /// Marschner et al. 2003.
+    Marschner,
+    /// Sadeghi et al. 2010: the lobes of Marschner et al. under an artist's control.
+    Sadeghi,
+    /// Fur with a scattering medulla, after Yan et al. 2017.
+    Fur,
+}
+
+/// How a colour becomes absorption.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ColorMethodKind {
+    /// The fit that Chiang et al. published, as in pbrt, Mitsuba and Cycles.
+    Fit,
+    /// Our own simulation of dense hair of this model, inverted.
+    Numeric,
+}
+
+/// How the paths that leave at an azimuth are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RootsKind {
+    /// By solving for them.
+    Exact,
+    /// By the cubic approximation of the paper.
+    Cubic,
 }
 
 /// A hair colour by name.
@@ -885,13 +989,15 @@ pub enum FieldKind {
     Near,
     /// It is averaged: right for fibers thinner than a pixel.
     Far,
+    /// Averaged where a fiber looks thinner than 0.75 pixels, not where it looks wider than 1.5.
+    Auto,
 }
 
 /// A variant of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ModeKind {
-    /// kajiya_kay: conserves energy.
+    /// kajiya_kay, marschner, sadeghi: conserves energy.
     Normalised,
     /// kajiya_kay: the classic look.
     Thesis,
@@ -901,6 +1007,10 @@ pub enum ModeKind {
     Faithful,
     /// hery: the published sampler with its true density.
     FaithfulExactPdf,
+    /// marschner: as published, twice as bright as what arrives.
+    AsPrinted,
+    /// sadeghi: as published, not conserving.
+    Legacy,
 }
 
 /// The JSON schema of the scene file, as pretty-printed JSON, for editors that complete and check TOML.

@@ -41,6 +41,7 @@ pub use error::{AssetError, Place, SceneError, SceneErrorKind};
 pub use file::{SceneFile, schema};
 pub use framing::{Viewpoint, auto_camera};
 pub use look::{Look, StrandPoint};
+pub use resolve::looks;
 pub use scene::{
     Camera, CurveBasis, CurveShape, FilmSettings, Filter, Heuristic, Integrator, Light, LightSelection, RenderSettings,
     Scene, SceneGroom, SceneMesh, View,

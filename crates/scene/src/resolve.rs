@@ -54,6 +54,17 @@ impl Scene {
     }
 }
 
+/// The looks of a scene file alone: no groom, mesh or picture is asked for.
+///
+/// # Errors
+/// The first mistake in text, overrides or looks, with its place where it has one.
+pub fn looks(text: &str, overrides: &[String]) -> Result<Vec<look::Look>, SceneError> {
+    let text = Text::new(text, overrides);
+    let source = text.parse()?;
+    let file = source.file()?;
+    file.look.iter().map(|(name, section)| Ok(look::resolve(name, section, &source)?.0)).collect()
+}
+
 /// The checked scene.
 pub(crate) fn scene(file: &SceneFile, source: &Source<'_>, assets: &dyn Assets) -> Result<Scene, SceneError> {
     let mut resolver = Resolver { source, assets, unit_m: 1.0, warnings: Vec::new() };

@@ -82,6 +82,8 @@ pub(crate) struct PreparedCamera {
     forward: Vec3,
     /// Half extents of the picture at distance 1.
     half: [f32; 2],
+    /// Height of a pixel at distance 1.
+    pixel: f32,
     size: [f32; 2],
     aperture_radius: f32,
     focus_distance: f32,
@@ -99,11 +101,19 @@ impl PreparedCamera {
             up,
             forward,
             half: [half_y * size[0] / size[1], half_y],
+            pixel: 2.0 * half_y / size[1],
             size,
             aperture_radius: camera.aperture_radius,
             focus_distance: camera.focus_distance,
             filter: PixelFilter::new(film.filter, film.filter_width),
         }
+    }
+
+    /// How many pixels wide something of this diameter looks at `position`.
+    pub(crate) fn width_px(&self, position: Vec3, diameter: f32) -> f32 {
+        let depth = (position - self.position).dot(self.forward);
+        // In the plane of the lens itself everything is infinitely wide.
+        if depth > 0.0 { diameter / (self.pixel * depth) } else { f32::INFINITY }
     }
 
     /// The ray of pixel `(x, y)`; `u` is filter x, y and lens x, y.

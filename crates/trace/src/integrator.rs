@@ -3,11 +3,14 @@
 use accel::{Hit, Ray, StrandHit, TriangleHit};
 use fiber::{Dir, FiberSetup, Lobes, Model, Scatter};
 use film::Sample;
-use math::{Frame, Rgb, Vec3, warp};
+use math::{Frame, Rgb, Vec3, hash, warp};
 use scene::{Heuristic, Integrator, StrandPoint};
 
 use crate::Tracer;
 use crate::sampler::Sampler;
+
+/// Random stream of the direction of the longer diameter of strands that are not round.
+const MAJOR_AXIS: u32 = 0x6d61_6a6f;
 
 /// Where the path scattered last, as far as multiple importance sampling needs it.
 struct Last {
@@ -137,6 +140,14 @@ fn local(frame: &Frame, dir: Vec3) -> Dir {
     Dir::from_local(frame.to_local(dir).to_array())
 }
 
+/// The frame around unit `u` whose second axis lies towards `axis`, as far as it can.
+fn across(u: Vec3, axis: Vec3) -> Frame {
+    match (axis - u * u.dot(axis)).try_normalize() {
+        Some(v) => Frame { u, v, w: u.cross(v) },
+        None => Frame::around(u),
+    }
+}
+
 fn weight(heuristic: Heuristic, own: f32, other: f32) -> f32 {
     match heuristic {
         Heuristic::Balance => own / (own + other),
@@ -170,7 +181,8 @@ impl Tracer {
         None
     }
 
-    fn vertex<'a>(&self, hit: &'a Hit, dir: Vec3) -> Vertex<'a> {
+    /// What lies where a ray along `dir` ended; `first` says that the ray came from the camera.
+    fn vertex<'a>(&self, hit: &'a Hit, dir: Vec3, first: bool) -> Vertex<'a> {
         match hit {
             Hit::Strand(hit) => {
                 let groom = &self.scene.grooms[hit.set as usize];
@@ -185,8 +197,19 @@ impl Tracer {
                         seed: groom.seed,
                     })
                 });
-                let frame = Frame::around(hit.tangent);
-                let setup = model.prepare(&fiber::Hit::new(local(&frame, -dir), hit.h));
+                let frame = if model.is_round() {
+                    Frame::around(hit.tangent)
+                } else {
+                    // The longer diameter keeps its direction along a strand, and is another on every strand.
+                    let turn = [hash::unit(hit.strand, MAJOR_AXIS), hash::unit(hit.strand, MAJOR_AXIS + 1)];
+                    across(hit.tangent, warp::uniform_sphere(turn))
+                };
+                let mut at = fiber::Hit::new(local(&frame, -dir), hit.h);
+                // Only the camera has pixels; behind it the near field is right, and the cheaper one.
+                if first {
+                    at = at.with_width(self.camera.width_px(hit.position, 2.0 * hit.radius));
+                }
+                let setup = model.prepare(&at);
                 Vertex::Fiber { hit, frame, setup }
             }
             Hit::Triangle(hit) => {
@@ -259,7 +282,7 @@ pub(crate) fn trace(tracer: &Tracer, x: u32, y: u32, index: u32) -> (Sample, u64
         if vertex_index >= max_depth {
             break;
         }
-        let vertex = tracer.vertex(&found, ray.dir);
+        let vertex = tracer.vertex(&found, ray.dir, vertex_index == 0);
         let events = vertex_index + 1;
 
         // Towards a light.

@@ -1,5 +1,5 @@
-//! What does one evaluation, one density, one sample of each model cost? Set-up for the shading point is
-//! part of `prepare` alone.
+//! What does one evaluation, one density, both together, one sample of each model cost? Set-up for the shading
+//! point is part of `prepare` alone.
 
 use std::hint::black_box;
 
@@ -50,6 +50,19 @@ fn fibers(c: &mut Criterion) {
             b.iter(|| {
                 for (setup, (_, s)) in setups.iter().zip(&pairs) {
                     black_box(setup.pdf(black_box(*s)));
+                }
+            });
+        });
+    }
+    group.finish();
+
+    let mut group = c.benchmark_group("fiber/eval_pdf");
+    group.throughput(Throughput::Elements(PAIRS.into()));
+    for (name, setups) in &prepared {
+        group.bench_function(BenchmarkId::from_parameter(name), |b| {
+            b.iter(|| {
+                for (setup, (_, s)) in setups.iter().zip(&pairs) {
+                    black_box(setup.eval_pdf(black_box(*s)));
                 }
             });
         });

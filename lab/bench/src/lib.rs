@@ -8,37 +8,30 @@ use std::sync::Arc;
 
 use accel::{Hit, Ray, Strands};
 use fiber::{
-    Attenuation, Chiang, Deon, Dir, Fiber, Field, Hery, HeryMode, KajiyaKay, KajiyaKayMode, Lambertian, Weights,
+    Attenuation, Chiang, Deon, Dir, Fiber, Field, Fur, Hery, KajiyaKay, KajiyaKayMode, Lambertian, Marschner, Sadeghi,
+    Weights,
 };
 use math::{Rgb, hash, warp};
 use trace::Tracer;
 
-/// One of every model, and the variants of d'Eon that differ in cost.
+/// One of every model, and the variants of d'Eon and Chiang that differ in cost.
 pub fn standard_fibers() -> Vec<(&'static str, Fiber)> {
     let brown = fiber::absorption::from_melanin(1.3, 0.2, Default::default());
     let deon = Deon::<f32>::with_absorption(brown);
+    let chiang = Chiang::with_absorption(brown);
     vec![
         ("deon_near", deon.into()),
         ("deon_far_marginal", Deon { field: Field::Far, ..deon }.into()),
         ("deon_far_joint", Deon { field: Field::Far, weights: Weights::Joint, ..deon }.into()),
         ("deon_near_known", Deon { attenuation: Attenuation::Known, ..deon }.into()),
-        ("chiang", Chiang::with_absorption(brown).into()),
+        ("chiang", chiang.into()),
+        ("chiang_far", Chiang { field: Field::Far, ..chiang }.into()),
         ("lambertian", Lambertian { albedo: Rgb::new(0.6, 0.4, 0.3) }.into()),
-        (
-            "kajiya_kay",
-            KajiyaKay {
-                diffuse: Rgb::splat(0.4),
-                specular: Rgb::splat(0.3),
-                exponent: 25.0,
-                mode: KajiyaKayMode::Normalised,
-            }
-            .into(),
-        ),
-        (
-            "hery",
-            Hery { tint: Rgb::splat(1.0), beta: 0.1, alpha: -0.03, mode: HeryMode::Truncated, cos_theta_d: false }
-                .into(),
-        ),
+        ("kajiya_kay", KajiyaKay::single(Rgb::splat(0.4), Rgb::splat(0.3), 25.0, KajiyaKayMode::Normalised).into()),
+        ("hery", Hery::single(Rgb::splat(1.0), 0.1, -0.03).into()),
+        ("marschner", Marschner::with_absorption(brown).into()),
+        ("sadeghi", Sadeghi::default().into()),
+        ("fur", Fur::with_absorption(brown).into()),
     ]
 }
 

@@ -84,6 +84,12 @@ impl<F: Real> Optics<F> {
         Self { eta, cos_theta, inv_bravais: cos_theta / root, length: F::of(2.0) * eta / root }
     }
 
+    /// Index, `cos θ`, `1 / η'` and path length factor, in single precision.
+    #[inline]
+    pub(crate) fn constants(&self) -> [f32; 4] {
+        [self.eta, self.cos_theta, self.inv_bravais, self.length].map(|x| x.f64() as f32)
+    }
+
     /// The path at offset `h = sin γ_i`; `cos_gamma_i` is `sqrt(1 - h²)`.
     #[inline]
     pub fn path(&self, h: F, gamma_i: F, cos_gamma_i: F) -> Path<F> {

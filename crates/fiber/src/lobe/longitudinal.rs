@@ -1,6 +1,6 @@
 //! Densities over the inclination of the scattered direction.
 //!
-//! [`density`] is the energy-conserving longitudinal term of d'Eon et al. 2011: the specular cone,
+//! [`Lobe`] is the energy-conserving longitudinal term of d'Eon et al. 2011: the specular cone,
 //! blurred on the sphere by a spherical Gaussian. It is written as `L = M cos θ_s`, which is finite
 //! everywhere and integrates to one with weight `cos θ_s dθ_s`.
 
@@ -27,12 +27,14 @@ impl<F: Real> Cone<F> {
     #[inline]
     pub fn specular(sin_k: F, cos_k: F, shift: F) -> Self {
         let (s, c) = if shift.is_zero() { (F::zero(), F::one()) } else { shift.sin_cos() };
-        Self::from_parts(cos_k * s - sin_k * c, cos_k * c + sin_k * s)
+        Self::turned(sin_k, cos_k, s, c)
     }
 
+    /// [`specular`](Self::specular), from the sine and cosine of the shift.
     #[inline]
-    fn from_parts(sin: F, raw_cos: F) -> Self {
-        Self { sin, cos: raw_cos.abs(), raw_cos }
+    pub fn turned(sin_k: F, cos_k: F, sin: F, cos: F) -> Self {
+        let raw_cos = cos_k * cos + sin_k * sin;
+        Self { sin: cos_k * sin - sin_k * cos, cos: raw_cos.abs(), raw_cos }
     }
 
     /// `cos²((θ_cone - θ_k)/2)` with the cone clamped into `±π/2`: the half difference angle of a path
@@ -45,29 +47,64 @@ impl<F: Real> Cone<F> {
     }
 }
 
-/// `L(v, θ_cone, θ_s)`, per unit of `cos θ_s dθ_s`; `v` is the variance in rad², at least
-/// [`MIN_VARIANCE`].
+/// One longitudinal lobe: a cone with a variance, and what follows from it for every direction.
 ///
 /// Source: d'Eon et al. 2011, eq. for M, multiplied by `cos θ_s` and rearranged so that no factor
-/// overflows for any variance.
-#[inline]
-pub fn density<F: Real>(v: F, cone: Cone<F>, sin_s: F, cos_s: F) -> F {
-    // 1 - cos(θ_c - θ_s) as a sum of squares: no cancellation near the cone.
-    let q = F::of(0.5) * ((cone.cos - cos_s).sqr() + (cone.sin - sin_s).sqr());
-    i0e(cone.cos * cos_s / v) * (-q / v).exp() / (v * -(F::of(-2.0) / v).exp_m1())
+/// overflows for any variance; sampling: d'Eon, Marschner, Hanika 2013, eqs. 6 and 7, in a form that keeps
+/// its digits for small variances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lobe<F = f32> {
+    /// Where the lobe is centred.
+    pub cone: Cone<F>,
+    v: F,
+    pub(crate) inv_v: F,
+    /// `1 - e^{-2/v}`.
+    mass: F,
+    /// `1 / (v (1 - e^{-2/v}))`.
+    pub(crate) norm: F,
 }
 
-/// Draws `sin θ_s` with [`density`], exactly.
-///
-/// Source: d'Eon, Marschner, Hanika 2013, eqs. 6 and 7, in a form that keeps its digits for small `v`.
+impl<F: Real> Lobe<F> {
+    /// A lobe of variance `v` in rad², at least [`MIN_VARIANCE`].
+    #[inline]
+    pub fn new(v: F, cone: Cone<F>) -> Self {
+        let inv_v = v.recip();
+        // Beyond this, e^{-2/v} is less than the last bit of 1.
+        let mass = if inv_v > F::of(20.0) { F::one() } else { -(F::of(-2.0) * inv_v).exp_m1() };
+        Self { cone, v, inv_v, mass, norm: inv_v / mass }
+    }
+
+    /// Density per unit of `cos θ_s dθ_s`.
+    #[inline]
+    pub fn density(&self, sin_s: F, cos_s: F) -> F {
+        // 1 - cos(θ_c - θ_s) as a sum of squares: no cancellation near the cone.
+        let q = F::of(0.5) * ((self.cone.cos - cos_s).sqr() + (self.cone.sin - sin_s).sqr());
+        i0e(self.cone.cos * cos_s * self.inv_v) * (-q * self.inv_v).exp() * self.norm
+    }
+
+    /// Draws `sin θ_s` with [`density`](Self::density), exactly.
+    #[inline]
+    pub fn sample(&self, xi1: F, xi2: F) -> F {
+        let xi1 = xi1.max(F::of(1.0 / 16_777_216.0));
+        // 1 - u, kept apart: for small v, u rounds to 1 and the sine below would lose its digits.
+        let one_minus_u = (-self.v * ((xi1 - F::one()) * self.mass).ln_1p()).clamp_to(F::zero(), F::of(2.0));
+        let u = F::one() - one_minus_u;
+        let sine = (one_minus_u * (F::of(2.0) - one_minus_u)).safe_sqrt();
+        let s = u * self.cone.sin + sine * (F::TAU() * xi2).cos() * self.cone.cos;
+        s.clamp_to(-F::one(), F::one())
+    }
+}
+
+/// `L(v, θ_cone, θ_s)` for one direction: [`Lobe::density`].
+#[inline]
+pub fn density<F: Real>(v: F, cone: Cone<F>, sin_s: F, cos_s: F) -> F {
+    Lobe::new(v, cone).density(sin_s, cos_s)
+}
+
+/// Draws once: [`Lobe::sample`].
 #[inline]
 pub fn sample<F: Real>(v: F, cone: Cone<F>, xi1: F, xi2: F) -> F {
-    let xi1 = xi1.max(F::of(1.0 / 16_777_216.0));
-    // 1 - u, kept apart: for small v, u rounds to 1 and the sine below would lose its digits.
-    let one_minus_u = (-v * ((xi1 - F::one()) * -(F::of(-2.0) / v).exp_m1()).ln_1p()).clamp_to(F::zero(), F::of(2.0));
-    let u = F::one() - one_minus_u;
-    let sine = (one_minus_u * (F::of(2.0) - one_minus_u)).safe_sqrt();
-    (u * cone.sin + sine * (F::TAU() * xi2).cos() * cone.cos).clamp_to(-F::one(), F::one())
+    Lobe::new(v, cone).sample(xi1, xi2)
 }
 
 /// A Gaussian in the half angle `θ_h`, truncated so that `θ_s` stays within `±π/2`.

@@ -1,7 +1,7 @@
 //! Chiang et al. 2016: the near-field model of pbrt-v4, Mitsuba 3 and Cycles' principled hair.
 //!
 //! - Source: Chiang, Bitterli, Tappan, Burley 2016, section 4, on the lobes of d'Eon et al. 2011.
-//! - Field: near; the offset `h` comes from the hit.
+//! - Field: near (the offset `h` comes from the hit), as published; or far, its average over `h`.
 //! - Energy: exactly 1 for every direction, offset, roughness and tilt where nothing is absorbed.
 //! - Not reciprocal: all optics are taken at `θ_k`.
 //!
@@ -14,12 +14,14 @@
 
 use math::{Real, Rgb};
 
-use super::{DIMS, Lobes, Model, RESIDUAL, Sample, Scatter, finish};
+use super::field::{blend, split};
+use super::{DIMS, Lobes, Model, RESIDUAL, Sample, Scatter, finish, pick};
 use crate::lobe::attenuation::{Optics, Path};
-use crate::lobe::azimuthal::{sample_trimmed_logistic, trimmed_logistic};
-use crate::lobe::longitudinal::{self, Cone, MIN_VARIANCE};
-use crate::wrap_angle;
-use crate::{Dir, Hit};
+use crate::lobe::azimuthal::Kernel;
+use crate::lobe::cross_section::{HalfRule, Section, Shares, lobe_shares};
+use crate::lobe::longitudinal::{Cone, Lobe, MIN_VARIANCE};
+use crate::lobe::shapes::Shapes;
+use crate::{Dir, Field, Hit};
 
 /// The model of Chiang et al.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,13 +36,35 @@ pub struct Chiang<F = f32> {
     pub eta: F,
     /// Absorption per fiber radius.
     pub sigma_a: Rgb<F>,
+    /// Near or far field; the model is near-field as published.
+    pub field: Field,
 }
 
 impl<F: Real> Chiang<F> {
+    /// The same fiber in another precision.
+    pub(crate) fn cast<G: Real>(&self) -> Chiang<G> {
+        let of = |x: F| G::of(x.f64());
+        Chiang {
+            beta_m: of(self.beta_m),
+            beta_n: of(self.beta_n),
+            alpha: of(self.alpha),
+            eta: of(self.eta),
+            sigma_a: self.sigma_a.cast(),
+            field: self.field,
+        }
+    }
+
     /// Hair with this absorption and everything else at its default: both roughnesses 0.3, scales
     /// leaning 2 degrees to the root.
     pub fn with_absorption(sigma_a: Rgb<F>) -> Self {
-        Self { beta_m: F::of(0.3), beta_n: F::of(0.3), alpha: F::of(-2.0_f64.to_radians()), eta: F::of(1.55), sigma_a }
+        Self {
+            beta_m: F::of(0.3),
+            beta_n: F::of(0.3),
+            alpha: F::of(-2.0_f64.to_radians()),
+            eta: F::of(1.55),
+            sigma_a,
+            field: Field::default(),
+        }
     }
 
     /// Longitudinal variances of R, TT, TRT and the residual lobe, rad².
@@ -64,13 +88,37 @@ impl<F: Real> Chiang<F> {
 #[derive(Clone, Copy, Debug)]
 pub struct ChiangSetup<F: Real = f32> {
     hit: Hit<F>,
-    v: [F; 4],
-    s: F,
-    cones: [Cone<F>; 4],
+    shapes: Shapes<F>,
+    near: Near<F>,
+    /// Share of the near field; the rest is the far field's.
+    near_share: F,
+    far: Option<Far<F>>,
+}
+
+/// What the light does at one offset.
+#[derive(Clone, Copy, Debug)]
+struct Near<F> {
     /// Exit azimuths of R, TT, TRT, absolute.
     exits: [F; 3],
     a: [Rgb<F>; 4],
     q: [F; 4],
+}
+
+impl<F: Real> Near<F> {
+    fn new(optics: &Optics<F>, sigma_a: Rgb<F>, phi_k: F, h: F) -> Self {
+        let path: Path<F> = optics.path_at(h);
+        let a = path.attenuation(sigma_a);
+        let lum = a.map(Rgb::luminance);
+        let scale = lum.iter().copied().sum::<F>().recip();
+        Self { exits: [0, 1, 2].map(|p| phi_k + path.exit_azimuth(p)), a, q: lum.map(|l| l * scale) }
+    }
+}
+
+/// What the whole cross-section needs.
+#[derive(Clone, Copy, Debug)]
+struct Far<F> {
+    section: Section<F>,
+    shares: Shares<F>,
 }
 
 impl<F: Real> Model<F> for Chiang<F> {
@@ -78,80 +126,106 @@ impl<F: Real> Model<F> for Chiang<F> {
 
     fn prepare(&self, hit: &Hit<F>) -> ChiangSetup<F> {
         let k = hit.known;
-        let path: Path<F> = Optics::new(k.cos_theta.sqr(), self.eta).path_at(hit.h);
-        let a = path.attenuation(self.sigma_a);
-        let lum = a.map(Rgb::luminance);
-        let total: F = lum.iter().copied().sum();
-        let shift = |times: f64| Cone::specular(k.sin_theta, k.cos_theta, F::of(times) * self.alpha);
+        let optics = Optics::new(k.cos_theta.sqr(), self.eta);
+        // The sine and cosine of the tilt once: the other shifts are multiples.
+        let (s1, c1) = if self.alpha.is_zero() { (F::zero(), F::one()) } else { self.alpha.sin_cos() };
+        let (s2, c2) = (F::of(2.0) * s1 * c1, c1 * c1 - s1 * s1);
+        let (s4, c4) = (F::of(2.0) * s2 * c2, c2 * c2 - s2 * s2);
+        let turned = |sin: F, cos: F| Cone::turned(k.sin_theta, k.cos_theta, sin, cos);
+        let v = self.variances();
+        let lobes = [
+            Lobe::new(v[0], turned(s2, c2)),
+            Lobe::new(v[1], turned(-s1, c1)),
+            Lobe::new(v[2], turned(-s4, c4)),
+            Lobe::new(v[3], turned(F::zero(), F::one())),
+        ];
+        let s = self.azimuthal_scale();
+        let near_share = self.field.near_share(hit.width_px);
+        let far = (near_share < F::one()).then(|| Far {
+            section: Section { optics, sigma_a: self.sigma_a, kernel: Kernel::Logistic, scales: [s; 3] },
+            shares: Shares::new(HalfRule::fit(Kernel::Logistic, &[s]), &[optics; 4], self.sigma_a, true),
+        });
         ChiangSetup {
             hit: *hit,
-            v: self.variances(),
-            s: self.azimuthal_scale(),
-            cones: [shift(2.0), shift(-1.0), shift(-4.0), shift(0.0)],
-            exits: [0, 1, 2].map(|p| k.phi + path.exit_azimuth(p)),
-            a,
-            q: lum.map(|l| l / total),
+            shapes: Shapes::new(lobes, Kernel::Logistic, [s; 3]),
+            near: Near::new(&optics, self.sigma_a, k.phi, hit.h),
+            near_share,
+            far,
         }
     }
 }
 
 impl<F: Real> ChiangSetup<F> {
-    /// `L_p N_p` of every lobe, without attenuation.
+    /// `L_p N_p` of every lobe at the hit's offset, without attenuation.
     #[inline]
     fn shapes(&self, s: Dir<F>) -> [F; 4] {
-        let l = |p: usize| longitudinal::density(self.v[p], self.cones[p], s.sin_theta, s.cos_theta);
-        let n = |p: usize| trimmed_logistic(self.s, wrap_angle(s.phi - self.exits[p]));
-        [l(0) * n(0), l(1) * n(1), l(2) * n(2), l(3) / F::TAU()]
-    }
-}
-
-impl<F: Real> Scatter<F> for ChiangSetup<F> {
-    fn eval(&self, s: Dir<F>) -> Lobes<F> {
-        self.eval_pdf(s).0
+        self.shapes.at(s.sin_theta, s.cos_theta, self.near.exits.map(|exit| s.phi - exit))
     }
 
-    fn pdf(&self, s: Dir<F>) -> F {
-        let shapes = self.shapes(s);
-        (0..4).map(|p| self.q[p] * shapes[p]).sum()
-    }
-
-    fn eval_pdf(&self, s: Dir<F>) -> (Lobes<F>, F) {
+    #[inline]
+    fn near(&self, s: Dir<F>) -> (Lobes<F>, F) {
         let shapes = self.shapes(s);
         let mut fcos = Lobes::zero();
         let mut pdf = F::zero();
         for p in 0..4 {
-            fcos[p] = self.a[p] * shapes[p];
-            pdf += self.q[p] * shapes[p];
+            fcos[p] = self.near.a[p] * shapes[p];
+            pdf += self.near.q[p] * shapes[p];
         }
         (fcos, pdf)
     }
 
+    fn far(&self, far: &Far<F>, s: Dir<F>) -> (Lobes<F>, F) {
+        let Section { optics, sigma_a, .. } = far.section;
+        let (mut n, density) = far.section.integrate(&far.shares, self.hit.azimuth(s), |h, gamma, cos_gamma| {
+            lobe_shares(&[optics; 4], sigma_a, true, h, gamma, cos_gamma)
+        });
+        let l = self.shapes.longitudinal(s.sin_theta, s.cos_theta);
+        let mut pdf = F::zero();
+        for p in 0..4 {
+            n[p] *= l[p];
+            pdf += density[p] * l[p];
+        }
+        (Lobes(n), pdf)
+    }
+}
+
+impl<F: Real> Scatter<F> for ChiangSetup<F> {
+    #[inline]
+    fn eval(&self, s: Dir<F>) -> Lobes<F> {
+        self.eval_pdf(s).0
+    }
+
+    #[inline]
+    fn pdf(&self, s: Dir<F>) -> F {
+        self.eval_pdf(s).1
+    }
+
+    #[inline]
+    fn eval_pdf(&self, s: Dir<F>) -> (Lobes<F>, F) {
+        match &self.far {
+            None => self.near(s),
+            Some(far) if self.near_share.is_zero() => self.far(far, s),
+            Some(far) => blend(self.near_share, self.near(s), self.far(far, s)),
+        }
+    }
+
     fn sample(&self, u: [F; DIMS]) -> Option<Sample<F>> {
-        let (p, xi) = pick(&self.q, u[0]);
-        let sin_s = longitudinal::sample(self.v[p], self.cones[p], u[1], u[2]);
+        let drawn = match (&self.far, split(self.near_share, u[3])) {
+            (Some(far), Some(xi)) => {
+                let h = F::of(2.0) * xi - F::one();
+                Near::new(&far.section.optics, far.section.sigma_a, self.hit.known.phi, h)
+            }
+            _ => self.near,
+        };
+        let (p, xi) = pick(&drawn.q, u[0]);
+        let sin_s = self.shapes.lobes[p].sample(u[1], u[2]);
         let phi = if p == RESIDUAL {
             self.hit.known.phi + F::TAU() * xi
         } else {
-            self.exits[p] + sample_trimmed_logistic(self.s, xi)
+            drawn.exits[p] + Kernel::Logistic.sample(self.shapes.scales[p], xi)
         };
         let dir = Dir::from_sin(sin_s, phi);
         let (fcos, pdf) = self.eval_pdf(dir);
         finish(dir, fcos, pdf, p)
     }
-}
-
-/// Picks an index with the given probabilities; returns `xi` rescaled to be uniform again.
-#[inline]
-pub(crate) fn pick<F: Real>(q: &[F; 4], xi: F) -> (usize, F) {
-    let mut below = F::zero();
-    for (p, &share) in q.iter().enumerate() {
-        if xi < below + share {
-            let again = (xi - below) / share;
-            return (p, again.clamp_to(F::zero(), F::ONE_MINUS_EPSILON));
-        }
-        below += share;
-    }
-    // Rounding left a sliver above the last share: it belongs to the last lobe that has any.
-    let last = (0..4).rev().find(|&p| q[p] > F::zero()).unwrap_or(0);
-    (last, F::ONE_MINUS_EPSILON)
 }

@@ -25,15 +25,15 @@
 
 use math::{Real, Rgb};
 
-use super::chiang::pick;
-use super::{DIMS, Lobes, MIN_PDF, Model, RESIDUAL, Sample, Scatter, finish};
+use super::field::{blend, split};
+use super::{DIMS, Lobes, MIN_PDF, Model, RESIDUAL, Sample, Scatter, finish, pick};
 use crate::dir::cos2_half_difference;
 use crate::lobe::attenuation::Optics;
-use crate::lobe::azimuthal::{self, standard_normal, wrapped_gaussian};
-use crate::lobe::longitudinal::{self, Cone, MIN_VARIANCE};
-use crate::quadrature::{Rule, rule};
-use crate::wrap_angle;
-use crate::{Dir, Hit};
+use crate::lobe::azimuthal::Kernel;
+use crate::lobe::cross_section::{HalfRule, Section, Shares, lobe_shares};
+use crate::lobe::longitudinal::{Cone, Lobe, MIN_VARIANCE};
+use crate::lobe::shapes::Shapes;
+use crate::{Dir, Field, Hit, wrap_angle};
 
 /// Which inclination the attenuation and the exit azimuth are taken at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,16 +58,6 @@ pub enum Weights {
     /// [`Joint`](Self::Joint) cut off at 2, as in the paper: loses energy at grazing angles (none to
     /// speak of below 75 degrees and widths up to 10 degrees; 20 % at 85 and 30 degrees).
     Clamped,
-}
-
-/// Whether the offset of the hit matters.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Field {
-    /// The hit's own offset: right at any distance, no quadrature, noise averages over the fiber.
-    #[default]
-    Near,
-    /// The cross-section integrated out: right when the fiber is thinner than a pixel.
-    Far,
 }
 
 /// The model of d'Eon et al.
@@ -95,6 +85,22 @@ pub struct Deon<F = f32> {
 }
 
 impl<F: Real> Deon<F> {
+    /// The same fiber in another precision.
+    pub(crate) fn cast<G: Real>(&self) -> Deon<G> {
+        let of = |x: F| G::of(x.f64());
+        Deon {
+            eta: of(self.eta),
+            sigma_a: self.sigma_a.cast(),
+            beta_m: of(self.beta_m),
+            beta_n: of(self.beta_n),
+            alpha: of(self.alpha),
+            residual: self.residual,
+            attenuation: self.attenuation,
+            weights: self.weights,
+            field: self.field,
+        }
+    }
+
     /// Hair with this absorption and everything else at its default: widths 7.5 degrees, tilt -3 degrees.
     pub fn with_absorption(sigma_a: Rgb<F>) -> Self {
         Self {
@@ -116,33 +122,20 @@ impl<F: Real> Deon<F> {
     }
 }
 
-/// Largest number of nodes over half the cross-section that a set-up caches.
-const HALF_NODES: usize = 64;
-
-/// Lobe probabilities `w_p` at the nodes `γ >= 0`: what the far-field density needs and the sampled
-/// direction does not change.
-#[derive(Clone, Copy, Debug)]
-struct Selection<F> {
-    w: [[F; 4]; HALF_NODES],
-    rule: &'static Rule,
-}
-
 /// [`Deon`] at one shading point.
 #[derive(Clone, Copy, Debug)]
 pub struct DeonSetup<F: Real = f32> {
     model: Deon<F>,
     hit: Hit<F>,
-    v: [F; 4],
-    beta_n: [F; 4],
-    cones: [Cone<F>; 4],
+    shapes: Shapes<F>,
     /// Optics of the ideally specular path of each lobe, by which lobes are chosen.
     specular: [Optics<F>; 4],
-    /// Optics at the known inclination, for [`Attenuation::Known`].
-    known: Optics<F>,
+    /// Share of the near field; the rest is the far field's.
+    near: F,
     /// Near field: `w_p` at the hit's offset.
     w: [F; 4],
     /// Far field: `w_p` over the cross-section.
-    selection: Option<Selection<F>>,
+    shares: Option<Shares<F>>,
 }
 
 impl<F: Real> Model<F> for Deon<F> {
@@ -152,65 +145,49 @@ impl<F: Real> Model<F> for Deon<F> {
         let k = hit.known;
         let shift = |times: f64| Cone::specular(k.sin_theta, k.cos_theta, F::of(times) * self.alpha);
         let cones = [shift(2.0), shift(-1.0), shift(-4.0), shift(0.0)];
-        let known = Optics::new(k.cos_theta.sqr(), self.eta);
         let specular = match self.attenuation {
-            Attenuation::Known => [known; 4],
+            Attenuation::Known => [Optics::new(k.cos_theta.sqr(), self.eta); 4],
             Attenuation::Difference => {
                 cones.map(|c| Optics::new(c.cos2_half_difference(k.sin_theta, k.cos_theta), self.eta))
             }
         };
         let narrowest = F::of(MIN_VARIANCE.sqrt());
-        let mut setup = DeonSetup {
-            model: *self,
-            hit: *hit,
-            v: Self::widths(self.beta_m).map(|b| b.max(narrowest).sqr()),
-            beta_n: Self::widths(self.beta_n).map(|b| b.max(narrowest)),
-            cones,
-            specular,
-            known,
-            w: [F::zero(); 4],
-            selection: None,
-        };
-        match self.field {
-            Field::Near => setup.w = setup.lobe_shares(hit.h, hit.h.safe_asin(), (F::one() - hit.h.sqr()).safe_sqrt()),
-            Field::Far => setup.selection = Some(setup.select()),
+        let v = Self::widths(self.beta_m).map(|b| b.max(narrowest).sqr());
+        let [r, tt, trt, _] = Self::widths(self.beta_n).map(|b| b.max(narrowest));
+        let lobes = [0, 1, 2, 3].map(|p| Lobe::new(v[p], cones[p]));
+        let shapes = Shapes::new(lobes, Kernel::Gaussian, [r, tt, trt]);
+        let near = self.field.near_share(hit.width_px);
+        let shares = (near < F::one()).then(|| self.shares(&specular));
+        let mut setup = DeonSetup { model: *self, hit: *hit, shapes, specular, near, w: [F::zero(); 4], shares };
+        if near > F::zero() {
+            setup.w = setup.shares_at(hit.h);
         }
         setup
     }
 }
 
+impl<F: Real> Deon<F> {
+    /// `w_p` over the cross-section. One rule serves all lobes that are wide enough for it.
+    fn shares(&self, specular: &[Optics<F>; 4]) -> Shares<F> {
+        let narrowest = F::of(MIN_VARIANCE.sqrt());
+        let [r, tt, trt, _] = Self::widths(self.beta_n).map(|b| b.max(narrowest));
+        Shares::new(HalfRule::fit(Kernel::Gaussian, &[r, tt, trt]), specular, self.sigma_a, self.residual)
+    }
+}
+
 impl<F: Real> DeonSetup<F> {
     /// `w_p(h)`.
-    fn lobe_shares(&self, h: F, gamma: F, cos_gamma: F) -> [F; 4] {
-        let mut lum = [F::zero(); 4];
-        for (p, lum) in lum.iter_mut().enumerate() {
-            if p < RESIDUAL || self.model.residual {
-                let path = self.specular[p].path(h, gamma, cos_gamma);
-                *lum = path.attenuation(self.model.sigma_a)[p].luminance();
-            }
-        }
-        let total: F = lum.iter().copied().sum();
-        lum.map(|l| l / total)
-    }
-
-    fn select(&self) -> Selection<F> {
-        // One rule serves all lobes that are wide enough for it, and the residual lobe.
-        let nodes = self.beta_n[..3].iter().filter_map(|b| azimuthal::global_nodes(b.f64())).max().unwrap_or(0);
-        let rule = rule(nodes.clamp(48, 2 * HALF_NODES));
-        let mut w = [[F::zero(); 4]; HALF_NODES];
-        for (j, &(x, _)) in rule[rule.len() / 2..].iter().enumerate() {
-            let gamma = F::half_pi() * F::of(x);
-            let (h, cos_gamma) = gamma.sin_cos();
-            w[j] = self.lobe_shares(h, gamma, cos_gamma);
-        }
-        Selection { w, rule }
+    fn shares_at(&self, h: F) -> [F; 4] {
+        let cos_gamma = (F::one() - h.sqr()).safe_sqrt();
+        lobe_shares(&self.specular, self.model.sigma_a, self.model.residual, h, h.safe_asin(), cos_gamma)
     }
 
     /// Optics of the light that leaves towards `s`.
     #[inline]
     fn optics(&self, sin_s: F, cos_s: F) -> Optics<F> {
         match self.model.attenuation {
-            Attenuation::Known => self.known,
+            // All the same there.
+            Attenuation::Known => self.specular[0],
             Attenuation::Difference => {
                 let k = self.hit.known;
                 Optics::new(cos2_half_difference(k.sin_theta, k.cos_theta, sin_s, cos_s), self.model.eta)
@@ -218,83 +195,50 @@ impl<F: Real> DeonSetup<F> {
         }
     }
 
-    #[inline]
-    fn longitudinal(&self, s: Dir<F>) -> [F; 4] {
-        let mut l = [F::zero(); 4];
-        for (p, l) in l.iter_mut().enumerate() {
-            if p < RESIDUAL || self.model.residual {
-                *l = longitudinal::density(self.v[p], self.cones[p], s.sin_theta, s.cos_theta);
-            }
-        }
-        l
-    }
-
     fn near(&self, s: Dir<F>) -> (Lobes<F>, F) {
-        let l = self.longitudinal(s);
         let path = self.optics(s.sin_theta, s.cos_theta).path_at(self.hit.h);
         let a = path.attenuation(self.model.sigma_a);
         let phi = s.phi - self.hit.known.phi;
+        let mut shapes = self.shapes.at(s.sin_theta, s.cos_theta, [0, 1, 2].map(|p| phi - path.exit_azimuth(p)));
+        if !self.model.residual {
+            shapes[RESIDUAL] = F::zero();
+        }
         let mut fcos = Lobes::zero();
         let mut pdf = F::zero();
         for p in 0..4 {
-            let n = if p == RESIDUAL {
-                F::TAU().recip()
-            } else {
-                wrapped_gaussian(self.beta_n[p], wrap_angle(phi - path.exit_azimuth(p)))
-            };
-            fcos[p] = a[p] * (l[p] * n);
-            pdf += self.w[p] * l[p] * n;
+            fcos[p] = a[p] * shapes[p];
+            pdf += self.w[p] * shapes[p];
         }
         (fcos, pdf)
     }
 
     /// Value and density by quadrature over the cross-section.
-    fn far(&self, selection: &Selection<F>, s: Dir<F>) -> (Lobes<F>, F) {
-        let l = self.longitudinal(s);
-        let optics = self.optics(s.sin_theta, s.cos_theta);
-        let phi = self.hit.azimuth(s);
-        let mut n = Lobes::zero();
-        let mut density = [F::zero(); 4];
-
-        let wide: [bool; 4] =
-            [0, 1, 2, 3].map(|p| p == RESIDUAL || azimuthal::global_nodes(self.beta_n[p].f64()).is_some());
-        let half = selection.rule.len() / 2;
-        for (j, &(x, weight)) in selection.rule[half..].iter().enumerate() {
-            let gamma = F::half_pi() * F::of(x);
-            let (h, cos_gamma) = gamma.sin_cos();
-            let path = optics.path(h, gamma, cos_gamma);
-            let a = path.attenuation(self.model.sigma_a);
-            // ½ ∫ dh over both signs of γ: the attenuation is even, the exit azimuth odd about pπ.
-            let c = F::of(0.5 * weight) * F::half_pi() * cos_gamma;
-            for p in 0..3 {
-                if wide[p] {
-                    let turn = F::of(p as f64) * F::PI();
-                    let odd = path.exit_azimuth(p) - turn;
-                    let d = c
-                        * (azimuthal::wrapped_at(self.beta_n[p], phi, turn + odd)
-                            + azimuthal::wrapped_at(self.beta_n[p], phi, turn - odd));
-                    n[p] += a[p] * d;
-                    density[p] += selection.w[j][p] * d;
-                }
-            }
-            let d = F::of(2.0) * c / F::TAU();
-            n[RESIDUAL] += a[RESIDUAL] * d;
-            density[RESIDUAL] += selection.w[j][RESIDUAL] * d;
-        }
-        for p in (0..3).filter(|&p| !wide[p]) {
-            azimuthal::windows(&optics, p, self.beta_n[p], phi, |gamma, d| {
-                let (h, cos_gamma) = gamma.sin_cos();
-                n[p] += optics.path(h, gamma, cos_gamma).attenuation(self.model.sigma_a)[p] * d;
-                density[p] += self.lobe_shares(h, gamma, cos_gamma)[p] * d;
-            });
-        }
-
+    fn far(&self, shares: &Shares<F>, s: Dir<F>) -> (Lobes<F>, F) {
+        let (l, (mut n, density)) = self.far_factors(shares, s);
         let mut pdf = F::zero();
         for p in 0..4 {
             n[p] *= l[p];
             pdf += density[p] * l[p];
         }
-        (n, pdf)
+        (Lobes(n), pdf)
+    }
+
+    /// `L_p`, and the azimuthal terms.
+    fn far_factors(&self, shares: &Shares<F>, s: Dir<F>) -> ([F; 4], ([Rgb<F>; 4], [F; 4])) {
+        let mut l = self.shapes.longitudinal(s.sin_theta, s.cos_theta);
+        if !self.model.residual {
+            l[RESIDUAL] = F::zero();
+        }
+        let section = Section {
+            optics: self.optics(s.sin_theta, s.cos_theta),
+            sigma_a: self.model.sigma_a,
+            kernel: Kernel::Gaussian,
+            scales: self.shapes.scales,
+        };
+        let azimuthal = section.integrate(shares, self.hit.azimuth(s), |h, gamma, cos_gamma| {
+            lobe_shares(&self.specular, self.model.sigma_a, self.model.residual, h, gamma, cos_gamma)
+        });
+        (l, azimuthal)
     }
 }
 
@@ -311,28 +255,29 @@ impl<F: Real> Scatter<F> for DeonSetup<F> {
 
     #[inline]
     fn eval_pdf(&self, s: Dir<F>) -> (Lobes<F>, F) {
-        match &self.selection {
+        match &self.shares {
             None => self.near(s),
-            Some(selection) => self.far(selection, s),
+            Some(shares) if self.near.is_zero() => self.far(shares, s),
+            Some(shares) => blend(self.near, self.near(s), self.far(shares, s)),
         }
     }
 
     fn sample(&self, u: [F; DIMS]) -> Option<Sample<F>> {
-        let far = self.selection.is_some();
-        let (h, w) = if far {
-            let h = F::of(2.0) * u[0] - F::one();
-            (h, self.lobe_shares(h, h.safe_asin(), (F::one() - h.sqr()).safe_sqrt()))
-        } else {
-            (self.hit.h, self.w)
+        let (h, w) = match split(self.near, u[0]) {
+            None => (self.hit.h, self.w),
+            Some(xi) => {
+                let h = F::of(2.0) * xi - F::one();
+                (h, self.shares_at(h))
+            }
         };
         let (p, _) = pick(&w, u[1]);
-        let sin_s = longitudinal::sample(self.v[p], self.cones[p], u[2], u[3]);
+        let sin_s = self.shapes.lobes[p].sample(u[2], u[3]);
         let mut dir = Dir::from_sin(sin_s, self.hit.known.phi);
         let path = self.optics(dir.sin_theta, dir.cos_theta).path_at(h);
         dir.phi += if p == RESIDUAL {
             F::TAU() * u[4]
         } else {
-            wrap_angle(path.exit_azimuth(p) + self.beta_n[p] * standard_normal(u[4]))
+            wrap_angle(path.exit_azimuth(p) + Kernel::Gaussian.sample(self.shapes.scales[p], u[4]))
         };
         if self.model.weights == Weights::Marginal {
             let (fcos, pdf) = self.eval_pdf(dir);
@@ -345,7 +290,7 @@ impl<F: Real> Scatter<F> for DeonSetup<F> {
         if !weight.is_finite() {
             return None;
         }
-        let pdf = if far { None } else { Some(self.near(dir).1) };
+        let pdf = if self.shares.is_some() { None } else { Some(self.near(dir).1) };
         if pdf.is_some_and(|pdf| !(pdf > F::of(MIN_PDF)) || !pdf.is_finite()) {
             return None;
         }
@@ -357,13 +302,8 @@ impl<F: Real> DeonSetup<F> {
     /// Azimuthal densities `N_p(φ; θ_d)` of R, TT, TRT and the residual lobe (far field, `½∫ A D dh`) and
     /// longitudinal densities `L_p`, towards `s`: what the oracles tabulate.
     pub fn factors(&self, s: Dir<F>) -> ([F; 4], [Rgb<F>; 4]) {
-        let l = self.longitudinal(s);
-        let selection = self.select();
-        let (fcos, _) = self.far(&selection, s);
-        let mut n = fcos.0;
-        for p in 0..4 {
-            n[p] = if l[p] > F::zero() { n[p] / l[p] } else { Rgb::black() };
-        }
+        let shares = self.model.shares(&self.specular);
+        let (l, (n, _)) = self.far_factors(&shares, s);
         (l, n)
     }
 }

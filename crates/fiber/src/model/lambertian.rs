@@ -20,6 +20,13 @@ pub struct Lambertian<F = f32> {
     pub albedo: Rgb<F>,
 }
 
+impl<F: Real> Lambertian<F> {
+    /// The same fiber in another precision.
+    pub(crate) fn cast<G: Real>(&self) -> Lambertian<G> {
+        Lambertian { albedo: self.albedo.cast() }
+    }
+}
+
 /// [`Lambertian`] at one shading point.
 #[derive(Clone, Copy, Debug)]
 pub struct LambertianSetup<F: Real = f32> {

@@ -2,15 +2,19 @@
 
 pub(crate) mod chiang;
 pub(crate) mod deon;
+pub(crate) mod field;
+pub(crate) mod fur;
 pub(crate) mod hery;
 pub(crate) mod kajiya_kay;
 pub(crate) mod lambertian;
+pub(crate) mod marschner;
+pub(crate) mod sadeghi;
 
 use std::ops::{Index, IndexMut};
 
 use math::{Real, Rgb};
 
-use crate::{Chiang, Deon, Dir, Hery, Hit, KajiyaKay, Lambertian};
+use crate::{Chiang, Deon, Dir, Fur, Hery, Hit, KajiyaKay, Lambertian, Marschner, Sadeghi};
 
 /// How many uniform numbers [`Scatter::sample`] takes; a model may use fewer.
 pub const DIMS: usize = 5;
@@ -205,11 +209,31 @@ fibers! {
     Lambertian,
     /// Kajiya & Kay 1989.
     KajiyaKay,
-    /// The R lobe of Hery & Ramamoorthi 2012.
+    /// The R lobes of Hery & Ramamoorthi 2012.
     Hery,
+    /// Marschner et al. 2003.
+    Marschner,
+    /// Sadeghi et al. 2010.
+    Sadeghi,
+    /// Fur with a medulla, after Yan et al. 2017.
+    Fur,
 }
 
 impl<F: Real> Fiber<F> {
+    /// The same fiber in another precision.
+    pub fn cast<G: Real>(&self) -> Fiber<G> {
+        match self {
+            Self::Deon(m) => Fiber::Deon(m.cast()),
+            Self::Chiang(m) => Fiber::Chiang(m.cast()),
+            Self::Lambertian(m) => Fiber::Lambertian(m.cast()),
+            Self::KajiyaKay(m) => Fiber::KajiyaKay(m.cast()),
+            Self::Hery(m) => Fiber::Hery(m.cast()),
+            Self::Marschner(m) => Fiber::Marschner(m.cast()),
+            Self::Sadeghi(m) => Fiber::Sadeghi(m.cast()),
+            Self::Fur(m) => Fiber::Fur(m.cast()),
+        }
+    }
+
     /// The model's name, as in scene files.
     pub fn name(&self) -> &'static str {
         match self {
@@ -218,6 +242,34 @@ impl<F: Real> Fiber<F> {
             Self::Lambertian(_) => "lambertian",
             Self::KajiyaKay(_) => "kajiya_kay",
             Self::Hery(_) => "hery",
+            Self::Marschner(_) => "marschner",
+            Self::Sadeghi(_) => "sadeghi",
+            Self::Fur(_) => "fur",
         }
     }
+
+    /// Whether the fiber looks the same from all sides. If not, absolute azimuths count: azimuth 0 is where the
+    /// longer diameter points.
+    pub fn is_round(&self) -> bool {
+        match self {
+            Self::Marschner(marschner) => marschner.eccentricity == F::one(),
+            _ => true,
+        }
+    }
+}
+
+/// Picks an index with the given probabilities; returns `xi` rescaled to be uniform again.
+#[inline]
+pub(crate) fn pick<F: Real>(q: &[F; 4], xi: F) -> (usize, F) {
+    let mut below = F::zero();
+    for (p, &share) in q.iter().enumerate() {
+        if xi < below + share {
+            let again = (xi - below) / share;
+            return (p, again.clamp_to(F::zero(), F::ONE_MINUS_EPSILON));
+        }
+        below += share;
+    }
+    // Rounding left a sliver above the last share: it belongs to the last lobe that has any.
+    let last = (0..4).rev().find(|&p| q[p] > F::zero()).unwrap_or(0);
+    (last, F::ONE_MINUS_EPSILON)
 }
