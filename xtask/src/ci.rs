@@ -27,10 +27,17 @@ impl fmt::Display for Step {
 }
 
 /// All steps, in their order; the same as in `.ci/run`.
-pub const STEPS: [Step; 5] = [
+pub const STEPS: [Step; 6] = [
     Step { variable: None, args: &["test", "--workspace"] },
+    Step {
+        variable: None,
+        args: &["test", "--release", "--package", "cuticle-fiber", "--features", "slow", "--test", "grid"],
+    },
     Step { variable: None, args: &["fmt", "--all", "--check"] },
-    Step { variable: None, args: &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"] },
+    Step {
+        variable: None,
+        args: &["clippy", "--workspace", "--all-targets", "--features", "cuticle-fiber/slow", "--", "-D", "warnings"],
+    },
     Step { variable: None, args: &["check", "--workspace", "--no-default-features"] },
     Step { variable: Some(("RUSTDOCFLAGS", "-Dwarnings")), args: &["doc", "--workspace", "--no-deps"] },
 ];

@@ -602,7 +602,7 @@ fn run(model: &str, cases: &[Case]) {
             let i = next.fetch_add(1, Ordering::Relaxed);
             let Some(case) = cases.get(i) else { break };
             outcomes.push(check(case));
-            if (i + 1) % 27 == 0 {
+            if (i + 1).is_multiple_of(27) {
                 say(format!("{} of {} cases", i + 1, cases.len()));
             }
         }
@@ -727,9 +727,8 @@ fn any_two_values_meet() {
             assert_eq!(pairs.len(), count_a * count_b, "parameters {a} and {b}");
         }
     }
-    let picks: [fn(&Place) -> (usize, usize); 2] =
-        [|place| (place.theta, place.beta), |place| (place.theta, place.alpha)];
-    for pick in picks {
+    for by_beta in [true, false] {
+        let pick = |place: &Place| (place.theta, if by_beta { place.beta } else { place.alpha });
         let mut pairs: Vec<(usize, usize)> = Place::third().iter().map(pick).collect();
         pairs.sort_unstable();
         pairs.dedup();

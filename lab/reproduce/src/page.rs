@@ -37,9 +37,9 @@ impl Run {
 pub fn write(folder: &Path, outcome: &Outcome, run: &Run) -> Result<(), WriteError> {
     let name = outcome.experiment.name;
     for picture in &outcome.report.pictures {
-        film::write_bytes(&folder.join(format!("{name}-{}.png", picture.stem)), &picture.png)?;
+        film::write_bytes(folder.join(format!("{name}-{}.png", picture.stem)), &picture.png)?;
     }
-    film::write_bytes(&folder.join(format!("{name}.md")), text(outcome, run).as_bytes())
+    film::write_bytes(folder.join(format!("{name}.md")), text(outcome, run).as_bytes())
 }
 
 /// Writes `README.md`, the index over all experiments; those whose pages are not in `folder` are named without
@@ -62,7 +62,7 @@ pub fn write_index(folder: &Path) -> Result<(), WriteError> {
         }
         out.push('\n');
     }
-    film::write_bytes(&folder.join("README.md"), out.as_bytes())
+    film::write_bytes(folder.join("README.md"), out.as_bytes())
 }
 
 const ROW: &str = "<!-- row: ";

@@ -8,7 +8,7 @@ use math::Rgb;
 use crate::{Error, Picture};
 
 /// The largest file that a page should bring, bytes.
-pub const LARGEST: usize = 150_000;
+pub const LARGEST: usize = 300_000;
 
 /// Paper.
 const WHITE: [u8; 3] = [255; 3];

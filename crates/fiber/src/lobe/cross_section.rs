@@ -83,8 +83,8 @@ impl<F: Real> Shares<F> {
     pub(crate) fn new(rule: &'static HalfRule, optics: &[Optics<F>; 4], sigma_a: Rgb<F>, residual: bool) -> Self {
         let mut shares = Self { w: [[F::zero(); HALF_NODES]; 4], rule };
         if F::DOUBLE {
-            for (j, &[gamma, h, cos, _]) in rule.nodes.iter().enumerate() {
-                let w = lobe_shares(optics, sigma_a, residual, F::of(h), F::of(gamma), F::of(cos));
+            for (j, &[_, h, _, _]) in rule.nodes.iter().enumerate() {
+                let w = lobe_shares(optics, sigma_a, residual, F::of(h));
                 for (all, w) in shares.w.iter_mut().zip(w) {
                     all[j] = w;
                 }
@@ -107,18 +107,22 @@ impl<F: Real> Shares<F> {
 }
 
 /// `w_p(h)` at one offset: every lobe's share of the luminance on its own specular path.
-pub(crate) fn lobe_shares<F: Real>(
-    optics: &[Optics<F>; 4],
-    sigma_a: Rgb<F>,
-    residual: bool,
-    h: F,
-    gamma: F,
-    cos_gamma: F,
-) -> [F; 4] {
-    let mut lum = [F::zero(); 4];
-    for (p, lum) in lum.iter_mut().enumerate().take(if residual { 4 } else { 3 }) {
-        *lum = optics[p].path(h, gamma, cos_gamma).attenuation(sigma_a)[p].luminance();
-    }
+pub(crate) fn lobe_shares<F: Real>(optics: &[Optics<F>; 4], sigma_a: Rgb<F>, residual: bool, h: F) -> [F; 4] {
+    let cos_gamma = (F::one() - h.sqr()).safe_sqrt();
+    let lum = if F::DOUBLE {
+        let gamma = h.safe_asin();
+        let mut lum = [F::zero(); 4];
+        for (p, lum) in lum.iter_mut().enumerate() {
+            *lum = optics[p].path(h, gamma, cos_gamma).attenuation(sigma_a)[p].luminance();
+        }
+        lum
+    } else {
+        let single = [0, 1, 2, 3].map(|p| optics[p].constants());
+        let sigma = sigma_a.0.map(|x| x.f64() as f32);
+        let at = [h.abs().f64() as f32, cos_gamma.f64() as f32];
+        vectorised!(simd => luminances_at_once(simd, &single, sigma, at)).map(|x| F::of(f64::from(x)))
+    };
+    let lum = if residual { lum } else { [lum[0], lum[1], lum[2], F::zero()] };
     let total: F = lum.iter().copied().sum();
     lum.map(|l| l / total)
 }
@@ -142,7 +146,7 @@ pub(crate) type Azimuthal<F> = ([Rgb<F>; 4], [F; 4]);
 impl<F: Real> Section<F> {
     /// The azimuthal terms at `phi`, relative to the known direction, in `[-π, π]`. `share_at` gives `w_p` at
     /// offsets that are no nodes.
-    pub(crate) fn integrate(&self, shares: &Shares<F>, phi: F, share_at: impl Fn(F, F, F) -> [F; 4]) -> Azimuthal<F> {
+    pub(crate) fn integrate(&self, shares: &Shares<F>, phi: F, share_at: impl Fn(F) -> [F; 4]) -> Azimuthal<F> {
         let wide = self.scales.map(|s| self.kernel.nodes(s.f64(), F::DOUBLE).is_some());
         let (mut n, mut density) =
             if F::DOUBLE { self.one_by_one(shares, phi, wide) } else { self.eight_at_once(shares, phi, wide) };
@@ -150,7 +154,7 @@ impl<F: Real> Section<F> {
             azimuthal::windows(&self.optics, p, self.kernel, self.scales[p], phi, |gamma, d| {
                 let (h, cos_gamma) = gamma.sin_cos();
                 n[p] += self.optics.path(h, gamma, cos_gamma).attenuation(self.sigma_a)[p] * d;
-                density[p] += share_at(h, gamma, cos_gamma)[p] * d;
+                density[p] += share_at(h)[p] * d;
             });
         }
         (n, density)
@@ -226,15 +230,14 @@ struct Paths<S: Simd> {
 
 /// [`Path::attenuation`](super::attenuation::Path::attenuation) at eight offsets.
 #[inline(always)]
-fn paths<S: Simd>(simd: S, optics: &[f32; 4], sigma_a: &[f32; 3], h: f32x8<S>, cos_gamma: f32x8<S>) -> Paths<S> {
-    let [eta, cos_theta, inv_bravais, length] = *optics;
+fn paths<S: Simd>(simd: S, optics: &[f32x8<S>; 4], sigma_a: &[f32; 3], h: f32x8<S>, cos_gamma: f32x8<S>) -> Paths<S> {
+    let [eta_v, cos_theta, inv_bravais, length] = *optics;
     let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
-    let sin_t = (h * f32x8::splat(simd, inv_bravais)).min(one);
+    let sin_t = (h * inv_bravais).min(one);
     let cos_t = (one - sin_t * sin_t).max(zero).sqrt();
 
-    let eta_v = f32x8::splat(simd, eta);
-    let cos_i = cos_gamma * f32x8::splat(simd, cos_theta);
-    let cos_o = (one - (one - cos_i * cos_i) * f32x8::splat(simd, 1.0 / (eta * eta))).max(zero).sqrt();
+    let cos_i = cos_gamma * cos_theta;
+    let cos_o = (one - (one - cos_i * cos_i) / (eta_v * eta_v)).max(zero).sqrt();
     let (s, s_under) = (cos_i - eta_v * cos_o, cos_i + eta_v * cos_o);
     let (p, p_under) = (eta_v * cos_i - cos_o, eta_v * cos_i + cos_o);
     let (s, s_under) = (s * p_under, s_under * p_under);
@@ -243,7 +246,7 @@ fn paths<S: Simd>(simd: S, optics: &[f32; 4], sigma_a: &[f32; 3], h: f32x8<S>, c
     let fresnel = fresnel.min(one);
 
     let through = (one - fresnel) * (one - fresnel);
-    let length = cos_t * f32x8::splat(simd, -length);
+    let length = zero - cos_t * length;
     let (mut tt, mut trt, mut residual) = ([zero; 3], [zero; 3], [zero; 3]);
     let grey = sigma_a[0] == sigma_a[1] && sigma_a[1] == sigma_a[2];
     let mut channel = 0;
@@ -302,13 +305,14 @@ fn integrate_at_once<S: Simd, F: Real>(
     let mut density = [zero; 4];
     let phi = f32x8::splat(simd, section.phi);
     let two = f32x8::splat(simd, 2.0);
+    let optics = splat_optics(simd, &section.optics);
     let mut base = 0;
     for block in &section.rule.blocks {
         let gamma = f32x8::load_array_ref(simd, &block[0]);
         let c = f32x8::load_array_ref(simd, &block[3]);
         let path = paths(
             simd,
-            &section.optics,
+            &optics,
             &section.sigma_a,
             f32x8::load_array_ref(simd, &block[1]),
             f32x8::load_array_ref(simd, &block[2]),
@@ -334,9 +338,9 @@ fn integrate_at_once<S: Simd, F: Real>(
                 share[lane] = w[p][base + lane].f64() as f32;
                 lane += 1;
             }
-            density[p] = density[p] + f32x8::load_array_ref(simd, &share) * d;
+            density[p] += f32x8::load_array_ref(simd, &share) * d;
             if p == 0 {
-                n[0][0] = n[0][0] + path.r * d;
+                n[0][0] += path.r * d;
             } else {
                 let a = if p == 1 {
                     &path.tt
@@ -345,9 +349,9 @@ fn integrate_at_once<S: Simd, F: Real>(
                 } else {
                     &path.residual
                 };
-                n[p][0] = n[p][0] + a[0] * d;
-                n[p][1] = n[p][1] + a[1] * d;
-                n[p][2] = n[p][2] + a[2] * d;
+                n[p][0] += a[0] * d;
+                n[p][1] += a[1] * d;
+                n[p][2] += a[2] * d;
             }
             p += 1;
         }
@@ -378,6 +382,12 @@ fn shares_at_once<S: Simd>(
     residual: bool,
     w: &mut [[f32; HALF_NODES]; 4],
 ) {
+    let optics = [
+        splat_optics(simd, &optics[0]),
+        splat_optics(simd, &optics[1]),
+        splat_optics(simd, &optics[2]),
+        splat_optics(simd, &optics[3]),
+    ];
     let mut base = 0;
     for block in &rule.blocks {
         let h = f32x8::load_array_ref(simd, &block[1]);
@@ -399,8 +409,7 @@ fn shares_at_once<S: Simd>(
                 } else {
                     &path.residual
                 };
-                let [r, g, b] = [LUMINANCE[0] as f32, LUMINANCE[1] as f32, LUMINANCE[2] as f32];
-                lum[p] = a[0] * f32x8::splat(simd, r) + a[1] * f32x8::splat(simd, g) + a[2] * f32x8::splat(simd, b);
+                lum[p] = luminance(simd, a);
             }
             p += 1;
         }
@@ -413,4 +422,47 @@ fn shares_at_once<S: Simd>(
         }
         base += LANES;
     }
+}
+
+#[inline(always)]
+fn splat_optics<S: Simd>(simd: S, optics: &[f32; 4]) -> [f32x8<S>; 4] {
+    [
+        f32x8::splat(simd, optics[0]),
+        f32x8::splat(simd, optics[1]),
+        f32x8::splat(simd, optics[2]),
+        f32x8::splat(simd, optics[3]),
+    ]
+}
+
+/// Luminance of every lobe at one offset (`|h|` and `cos γ`), each with its own optics: a lobe to a lane.
+#[inline(always)]
+fn luminances_at_once<S: Simd>(simd: S, optics: &[[f32; 4]; 4], sigma_a: [f32; 3], at: [f32; 2]) -> [f32; 4] {
+    let mut lanes = [[0.0_f32; LANES]; 4];
+    let mut lane = 0;
+    while lane < LANES {
+        let own = &optics[lane % 4];
+        lanes[0][lane] = own[0];
+        lanes[1][lane] = own[1];
+        lanes[2][lane] = own[2];
+        lanes[3][lane] = own[3];
+        lane += 1;
+    }
+    let optics = [
+        f32x8::load_array_ref(simd, &lanes[0]),
+        f32x8::load_array_ref(simd, &lanes[1]),
+        f32x8::load_array_ref(simd, &lanes[2]),
+        f32x8::load_array_ref(simd, &lanes[3]),
+    ];
+    let path = paths(simd, &optics, &sigma_a, f32x8::splat(simd, at[0]), f32x8::splat(simd, at[1]));
+    let tt = luminance(simd, &path.tt).to_array();
+    let trt = luminance(simd, &path.trt).to_array();
+    let residual = luminance(simd, &path.residual).to_array();
+    [path.r.to_array()[0], tt[1], trt[2], residual[3]]
+}
+
+#[inline(always)]
+fn luminance<S: Simd>(simd: S, rgb: &[f32x8<S>; 3]) -> f32x8<S> {
+    rgb[0] * f32x8::splat(simd, LUMINANCE[0] as f32)
+        + rgb[1] * f32x8::splat(simd, LUMINANCE[1] as f32)
+        + rgb[2] * f32x8::splat(simd, LUMINANCE[2] as f32)
 }

@@ -30,6 +30,16 @@ impl<F: Real> Cone<F> {
         Self::turned(sin_k, cos_k, s, c)
     }
 
+    /// The cones of R, TT, TRT and the residual lobe with the shifts of d'Eon et al.: `2α`, `-α`, `-4α` and none.
+    #[inline]
+    pub fn deon(sin_k: F, cos_k: F, alpha: F) -> [Self; 4] {
+        // One sine and cosine: the other shifts are multiples.
+        let (s1, c1) = if alpha.is_zero() { (F::zero(), F::one()) } else { alpha.sin_cos() };
+        let (s2, c2) = (F::of(2.0) * s1 * c1, c1 * c1 - s1 * s1);
+        let (s4, c4) = (F::of(2.0) * s2 * c2, c2 * c2 - s2 * s2);
+        [(s2, c2), (-s1, c1), (-s4, c4), (F::zero(), F::one())].map(|(s, c)| Self::turned(sin_k, cos_k, s, c))
+    }
+
     /// [`specular`](Self::specular), from the sine and cosine of the shift.
     #[inline]
     pub fn turned(sin_k: F, cos_k: F, sin: F, cos: F) -> Self {

@@ -127,18 +127,9 @@ impl<F: Real> Model<F> for Chiang<F> {
     fn prepare(&self, hit: &Hit<F>) -> ChiangSetup<F> {
         let k = hit.known;
         let optics = Optics::new(k.cos_theta.sqr(), self.eta);
-        // The sine and cosine of the tilt once: the other shifts are multiples.
-        let (s1, c1) = if self.alpha.is_zero() { (F::zero(), F::one()) } else { self.alpha.sin_cos() };
-        let (s2, c2) = (F::of(2.0) * s1 * c1, c1 * c1 - s1 * s1);
-        let (s4, c4) = (F::of(2.0) * s2 * c2, c2 * c2 - s2 * s2);
-        let turned = |sin: F, cos: F| Cone::turned(k.sin_theta, k.cos_theta, sin, cos);
+        let [r, tt, trt, rest] = Cone::deon(k.sin_theta, k.cos_theta, self.alpha);
         let v = self.variances();
-        let lobes = [
-            Lobe::new(v[0], turned(s2, c2)),
-            Lobe::new(v[1], turned(-s1, c1)),
-            Lobe::new(v[2], turned(-s4, c4)),
-            Lobe::new(v[3], turned(F::zero(), F::one())),
-        ];
+        let lobes = [Lobe::new(v[0], r), Lobe::new(v[1], tt), Lobe::new(v[2], trt), Lobe::new(v[3], rest)];
         let s = self.azimuthal_scale();
         let near_share = self.field.near_share(hit.width_px);
         let far = (near_share < F::one()).then(|| Far {
@@ -176,9 +167,8 @@ impl<F: Real> ChiangSetup<F> {
 
     fn far(&self, far: &Far<F>, s: Dir<F>) -> (Lobes<F>, F) {
         let Section { optics, sigma_a, .. } = far.section;
-        let (mut n, density) = far.section.integrate(&far.shares, self.hit.azimuth(s), |h, gamma, cos_gamma| {
-            lobe_shares(&[optics; 4], sigma_a, true, h, gamma, cos_gamma)
-        });
+        let (mut n, density) =
+            far.section.integrate(&far.shares, self.hit.azimuth(s), |h| lobe_shares(&[optics; 4], sigma_a, true, h));
         let l = self.shapes.longitudinal(s.sin_theta, s.cos_theta);
         let mut pdf = F::zero();
         for p in 0..4 {

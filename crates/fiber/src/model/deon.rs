@@ -30,7 +30,7 @@ use super::{DIMS, Lobes, MIN_PDF, Model, RESIDUAL, Sample, Scatter, finish, pick
 use crate::dir::cos2_half_difference;
 use crate::lobe::attenuation::Optics;
 use crate::lobe::azimuthal::Kernel;
-use crate::lobe::cross_section::{HalfRule, Section, Shares, lobe_shares};
+use crate::lobe::cross_section::{Azimuthal, HalfRule, Section, Shares, lobe_shares};
 use crate::lobe::longitudinal::{Cone, Lobe, MIN_VARIANCE};
 use crate::lobe::shapes::Shapes;
 use crate::{Dir, Field, Hit, wrap_angle};
@@ -143,8 +143,7 @@ impl<F: Real> Model<F> for Deon<F> {
 
     fn prepare(&self, hit: &Hit<F>) -> DeonSetup<F> {
         let k = hit.known;
-        let shift = |times: f64| Cone::specular(k.sin_theta, k.cos_theta, F::of(times) * self.alpha);
-        let cones = [shift(2.0), shift(-1.0), shift(-4.0), shift(0.0)];
+        let cones = Cone::deon(k.sin_theta, k.cos_theta, self.alpha);
         let specular = match self.attenuation {
             Attenuation::Known => [Optics::new(k.cos_theta.sqr(), self.eta); 4],
             Attenuation::Difference => {
@@ -178,8 +177,7 @@ impl<F: Real> Deon<F> {
 impl<F: Real> DeonSetup<F> {
     /// `w_p(h)`.
     fn shares_at(&self, h: F) -> [F; 4] {
-        let cos_gamma = (F::one() - h.sqr()).safe_sqrt();
-        lobe_shares(&self.specular, self.model.sigma_a, self.model.residual, h, h.safe_asin(), cos_gamma)
+        lobe_shares(&self.specular, self.model.sigma_a, self.model.residual, h)
     }
 
     /// Optics of the light that leaves towards `s`.
@@ -224,7 +222,7 @@ impl<F: Real> DeonSetup<F> {
     }
 
     /// `L_p`, and the azimuthal terms.
-    fn far_factors(&self, shares: &Shares<F>, s: Dir<F>) -> ([F; 4], ([Rgb<F>; 4], [F; 4])) {
+    fn far_factors(&self, shares: &Shares<F>, s: Dir<F>) -> ([F; 4], Azimuthal<F>) {
         let mut l = self.shapes.longitudinal(s.sin_theta, s.cos_theta);
         if !self.model.residual {
             l[RESIDUAL] = F::zero();
@@ -235,9 +233,7 @@ impl<F: Real> DeonSetup<F> {
             kernel: Kernel::Gaussian,
             scales: self.shapes.scales,
         };
-        let azimuthal = section.integrate(shares, self.hit.azimuth(s), |h, gamma, cos_gamma| {
-            lobe_shares(&self.specular, self.model.sigma_a, self.model.residual, h, gamma, cos_gamma)
-        });
+        let azimuthal = section.integrate(shares, self.hit.azimuth(s), |h| self.shares_at(h));
         (l, azimuthal)
     }
 }
