@@ -301,7 +301,7 @@ pub(crate) fn model(kind: Kind, value: &Value, has_h: bool) -> anyhow::Result<Fi
             let p: DeonParams = params(value)?;
             let beta_m = positive("beta_M", p.beta_m.unwrap_or(7.5_f64.to_radians()))?;
             Fiber::Deon(Deon {
-                eta: positive("eta", p.eta.unwrap_or(1.55))?,
+                eta: within("eta", p.eta.unwrap_or(1.55), 1.0, 3.0)?,
                 beta_m,
                 beta_n: positive("beta_N", p.beta_n.unwrap_or(beta_m))?,
                 alpha: angle("alpha", p.alpha)?,
@@ -321,7 +321,7 @@ pub(crate) fn model(kind: Kind, value: &Value, has_h: bool) -> anyhow::Result<Fi
                 beta_m: positive("beta_m", p.beta_m.unwrap_or(0.3))?,
                 beta_n: positive("beta_n", p.beta_n.unwrap_or(0.3))?,
                 alpha: angle("alpha", p.alpha)?,
-                eta: positive("eta", p.eta.unwrap_or(1.55))?,
+                eta: within("eta", p.eta.unwrap_or(1.55), 1.0, 3.0)?,
                 sigma_a: colour("sigma_a", p.sigma_a, 0.0)?,
                 field: field(p.field, has_h)?,
             })
@@ -382,7 +382,7 @@ pub(crate) fn model(kind: Kind, value: &Value, has_h: bool) -> anyhow::Result<Fi
             ensure!(has_h, "this model is near-field: it needs \"h\"");
             let beta_m = positive("beta_M", p.beta_m.unwrap_or(7.5_f64.to_radians()))?;
             Fiber::Fur(Fur {
-                eta: positive("eta", p.eta.unwrap_or(1.55))?,
+                eta: within("eta", p.eta.unwrap_or(1.55), 1.0, 3.0)?,
                 sigma_a: colour("sigma_a", p.sigma_a, 0.0)?,
                 beta_m,
                 beta_n: positive("beta_N", p.beta_n.unwrap_or(beta_m))?,
@@ -408,7 +408,7 @@ fn marschner(p: &MarschnerParams) -> anyhow::Result<Fiber<f64>> {
         limit: within("delta_h_M", p.delta_h_m.unwrap_or(0.5), 0.0, 1.0)?,
     };
     Ok(Fiber::Marschner(Marschner {
-        eta: positive("eta", p.eta.unwrap_or(usual.eta))?,
+        eta: within("eta", p.eta.unwrap_or(usual.eta), 1.01, 3.0)?,
         beta_m: positive("beta_R", p.beta.unwrap_or(usual.beta_m))?,
         alpha: angle("alpha_R", p.alpha.unwrap_or(0.0))?,
         eccentricity: within("a", p.a.unwrap_or(1.0), 0.5, 1.0)?,

@@ -227,7 +227,8 @@ impl<M: Model<f32>> Model<f64> for Widened<M> {
     type Setup = WidenedSetup<M::Setup>;
 
     fn prepare(&self, hit: &Hit<f64>) -> Self::Setup {
-        WidenedSetup(self.0.prepare(&Hit::new(hit.known.cast(), hit.h as f32)))
+        let single = Hit::new(hit.known.cast(), hit.h as f32).with_width(hit.width_px as f32);
+        WidenedSetup(self.0.prepare(&single))
     }
 }
 

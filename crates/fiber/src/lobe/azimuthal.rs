@@ -31,11 +31,19 @@ pub fn standard_normal<F: Real>(xi: F) -> F {
     }
 }
 
+/// Share of the logistic distribution that lies within `[-π, π]`.
+#[inline]
+fn logistic_cut<F: Real>(s: F) -> F {
+    let x = F::PI() / (F::of(2.0) * s);
+    // 1 to the last bit beyond this.
+    if x > F::of(20.0) { F::one() } else { x.tanh() }
+}
+
 /// The logistic distribution cut to `[-π, π]` of Chiang et al. 2016, at `x` in `[-π, π]`; per radian.
 #[inline]
 pub fn trimmed_logistic<F: Real>(s: F, x: F) -> F {
     let e = (-x.abs() / s).exp();
-    e / (s * (F::one() + e).sqr() * (F::PI() / (F::of(2.0) * s)).tanh())
+    e / (s * (F::one() + e).sqr() * logistic_cut(s))
 }
 
 /// Draws from [`trimmed_logistic`].
@@ -46,7 +54,7 @@ pub fn sample_trimmed_logistic<F: Real>(s: F, xi: F) -> F {
     let (sign, r) =
         if xi < F::of(0.5) { (-F::one(), F::one() - F::of(2.0) * xi) } else { (F::one(), F::of(2.0) * xi - F::one()) };
     // With T = tanh(π/2s), |x| = 2 s atanh(r T).
-    let y = r * (F::PI() / (F::of(2.0) * s)).tanh();
+    let y = r * logistic_cut(s);
     let x = s * (F::of(2.0) * y / (F::one() - y).max(F::min_positive_value())).ln_1p();
     sign * x.clamp_to(F::zero(), F::PI())
 }
@@ -79,6 +87,15 @@ impl Kernel {
                 let e = (-x.abs() / scale).exp();
                 e / (scale * (F::one() + e).sqr())
             }
+        }
+    }
+
+    /// Factor that makes the integral over the circle 1.
+    #[inline]
+    pub(crate) fn norm<F: Real>(self, scale: F) -> F {
+        match self {
+            Self::Gaussian => F::of(0.398_942_280_401_432_7) / scale,
+            Self::Logistic => (scale * logistic_cut(scale)).recip(),
         }
     }
 

@@ -123,8 +123,14 @@ pub(crate) fn lobe_shares<F: Real>(optics: &[Optics<F>; 4], sigma_a: Rgb<F>, res
         vectorised!(simd => luminances_at_once(simd, &single, sigma, at)).map(|x| F::of(f64::from(x)))
     };
     let lum = if residual { lum } else { [lum[0], lum[1], lum[2], F::zero()] };
+    shares_of(lum)
+}
+
+/// What each has of the sum; everything is the first one's where there is nothing to share.
+#[inline]
+pub(crate) fn shares_of<F: Real>(lum: [F; 4]) -> [F; 4] {
     let total: F = lum.iter().copied().sum();
-    lum.map(|l| l / total)
+    if total > F::zero() { lum.map(|l| l / total) } else { [F::one(), F::zero(), F::zero(), F::zero()] }
 }
 
 /// The integrand over the cross-section, for one sampled inclination.
@@ -192,6 +198,7 @@ impl<F: Real> Section<F> {
             sigma_a: self.sigma_a.0.map(|x| x.f64() as f32),
             kernel: self.kernel,
             scales: self.scales.map(|x| x.f64() as f32),
+            norms: self.scales.map(|x| self.kernel.norm(x).f64() as f32),
             phi: phi.f64() as f32,
             wide,
             rule: shares.rule,
@@ -207,6 +214,8 @@ struct Single {
     sigma_a: [f32; 3],
     kernel: Kernel,
     scales: [f32; 3],
+    /// Norm of the kernel of every lobe.
+    norms: [f32; 3],
     phi: f32,
     wide: [bool; 3],
     rule: &'static HalfRule,
@@ -271,7 +280,7 @@ fn paths<S: Simd>(simd: S, optics: &[f32x8<S>; 4], sigma_a: &[f32; 3], h: f32x8<
 
 /// The kernel at eight wrapped azimuths `|x|`.
 #[inline(always)]
-fn kernel_at<S: Simd>(simd: S, kernel: Kernel, scale: f32, x: f32x8<S>) -> f32x8<S> {
+fn kernel_at<S: Simd>(simd: S, kernel: Kernel, scale: f32, norm: f32, x: f32x8<S>) -> f32x8<S> {
     let one = f32x8::splat(simd, 1.0);
     match kernel {
         Kernel::Gaussian => {
@@ -284,11 +293,10 @@ fn kernel_at<S: Simd>(simd: S, kernel: Kernel, scale: f32, x: f32x8<S>) -> f32x8
                 sum = sum + vector::exp(simd, a * a * narrow) + vector::exp(simd, b * b * narrow);
                 turn += std::f32::consts::TAU;
             }
-            sum * f32x8::splat(simd, 0.398_942_3 / scale)
+            sum * f32x8::splat(simd, norm)
         }
         Kernel::Logistic => {
             let e = vector::exp(simd, x * f32x8::splat(simd, -1.0 / scale));
-            let norm = 1.0 / (scale * (std::f32::consts::PI / (2.0 * scale)).tanh());
             e * f32x8::splat(simd, norm) / ((one + e) * (one + e))
         }
     }
@@ -326,8 +334,8 @@ fn integrate_at_once<S: Simd, F: Real>(
                 let centre = phi - f32x8::splat(simd, p as f32 * std::f32::consts::PI);
                 let a = vector::abs_wrapped(simd, centre - odd);
                 let b = vector::abs_wrapped(simd, centre + odd);
-                c * (kernel_at(simd, section.kernel, section.scales[p], a)
-                    + kernel_at(simd, section.kernel, section.scales[p], b))
+                c * (kernel_at(simd, section.kernel, section.scales[p], section.norms[p], a)
+                    + kernel_at(simd, section.kernel, section.scales[p], section.norms[p], b))
             } else {
                 p += 1;
                 continue;
@@ -414,6 +422,10 @@ fn shares_at_once<S: Simd>(
             p += 1;
         }
         let total = (lum[0] + lum[1]) + (lum[2] + lum[3]);
+        // Where there is nothing to share everything is R's.
+        let none = total.simd_le(f32x8::splat(simd, 0.0));
+        lum[0] = none.select(f32x8::splat(simd, 1.0), lum[0]);
+        let total = none.select(f32x8::splat(simd, 1.0), total);
         let mut p = 0;
         while p < 4 {
             let share = (lum[p] / total).to_array();

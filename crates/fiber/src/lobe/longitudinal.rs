@@ -11,6 +11,13 @@ use super::bessel::i0e;
 /// Below this variance (a width of 0.02 degrees) nothing changes in a picture and digits run out.
 pub const MIN_VARIANCE: f64 = 1e-7;
 
+/// Widths of R, TT, TRT and the residual lobe of d'Eon et al., from that of R; radians.
+#[inline]
+pub(crate) fn deon_widths<F: Real>(beta: F) -> [F; 4] {
+    let narrowest = F::of(MIN_VARIANCE.sqrt());
+    [1.0, 0.5, 2.0, 2.0].map(|x| (F::of(x) * beta).max(narrowest))
+}
+
 /// Where a lobe is centred: sine and cosine of the cone's inclination, the cosine never negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone<F = f32> {
@@ -127,19 +134,21 @@ pub struct Truncated<F = f32> {
     beta: F,
     /// Share of the untruncated Gaussian that is kept; at least about a half.
     kept: F,
+    /// Limits in standard deviations, and the normal distribution there from the side where it is small: below
+    /// where the centre is at most 0, else above.
+    limits: [f64; 2],
+    ends: [f64; 2],
 }
 
 impl<F: Real> Truncated<F> {
     /// Centre `mu` in radians (clamped into `±π/2`), `beta` the standard deviation of `θ_h` in radians.
     pub fn new(mu: F, beta: F) -> Self {
         let mu = mu.clamp_to(-F::half_pi(), F::half_pi());
-        let (a, b) = Self::limits(mu, beta);
-        Self { mu, beta, kept: F::of(normal::cdf(b) - normal::cdf(a)) }
-    }
-
-    fn limits(mu: F, beta: F) -> (f64, f64) {
-        let (mu, width) = (mu.f64(), 2.0 * beta.f64());
-        ((-std::f64::consts::FRAC_PI_2 - mu) / width, (std::f64::consts::FRAC_PI_2 - mu) / width)
+        let width = 2.0 * beta.f64();
+        let [a, b] = [-1.0, 1.0].map(|side: f64| (side * std::f64::consts::FRAC_PI_2 - mu.f64()) / width);
+        // From the side where the distribution function is small, so that tails keep their digits.
+        let ends = if mu > F::zero() { [-b, -a] } else { [a, b] }.map(normal::cdf);
+        Self { mu, beta, kept: F::of(ends[1] - ends[0]), limits: [a, b], ends }
     }
 
     /// Density in `θ_s`, per radian.
@@ -152,14 +161,11 @@ impl<F: Real> Truncated<F> {
     /// Draws `θ_s`.
     #[inline]
     pub fn sample(&self, xi: F) -> F {
-        let (a, b) = Self::limits(self.mu, self.beta);
-        // From the side where the distribution function is small, so that tails keep their digits.
+        let ([a, b], [low, high]) = (self.limits, self.ends);
         let x = if self.mu > F::zero() {
-            let (tail_a, tail_b) = (normal::cdf(-a), normal::cdf(-b));
-            -normal::quantile(tail_b + (1.0 - xi.f64()) * (tail_a - tail_b))
+            -normal::quantile(low + (1.0 - xi.f64()) * (high - low))
         } else {
-            let (head_a, head_b) = (normal::cdf(a), normal::cdf(b));
-            normal::quantile(head_a + xi.f64() * (head_b - head_a))
+            normal::quantile(low + xi.f64() * (high - low))
         };
         (self.mu + F::of(2.0 * x.clamp(a, b)) * self.beta).clamp_to(-F::half_pi(), F::half_pi())
     }

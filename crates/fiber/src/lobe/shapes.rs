@@ -18,9 +18,24 @@ pub(crate) struct Shapes<F> {
     pub(crate) kernel: Kernel,
     /// Scale of the kernel of R, TT, TRT, radians.
     pub(crate) scales: [F; 3],
-    /// Factor of the exponent of the kernel, and its norm.
-    inv: [F; 3],
-    norms: [F; 3],
+    /// In single precision: sine and cosine of the cones, factors in the exponents, norms. Lanes 0 to 3 are
+    /// longitudinal lobes, 4 to 6 azimuthal kernels (which have no cones), 7 is nothing.
+    packed: [[f32; LANES]; 4],
+}
+
+fn pack<F: Real>(lobes: &[Lobe<F>; 4], inv: [F; 3], norms: [F; 3]) -> [[f32; LANES]; 4] {
+    let lanes = |along: fn(&Lobe<F>) -> F, around: [F; 3], last: f32| {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|p| along(&lobes[p]).f64() as f32);
+        let [e, f, g] = around.map(|x| x.f64() as f32);
+        [a, b, c, d, e, f, g, last]
+    };
+    let none = [F::zero(); 3];
+    [
+        lanes(|l| l.cone.sin, none, 0.0),
+        lanes(|l| l.cone.cos, none, 0.0),
+        lanes(|l| l.inv_v, inv, 0.0),
+        lanes(|l| l.norm, norms, 1.0),
+    ]
 }
 
 impl<F: Real> Shapes<F> {
@@ -29,18 +44,10 @@ impl<F: Real> Shapes<F> {
             Kernel::Gaussian => F::of(-0.5) / s.sqr(),
             Kernel::Logistic => -s.recip(),
         });
-        let norm = |s: F| match kernel {
-            Kernel::Gaussian => F::of(0.398_942_280_401_432_7) / s,
-            Kernel::Logistic => {
-                let x = F::PI() / (F::of(2.0) * s);
-                // tanh x is 1 to the last bit beyond this.
-                let cut = if x > F::of(20.0) { F::one() } else { x.tanh() };
-                (s * cut).recip()
-            }
-        };
         let same = scales[1] == scales[0] && scales[2] == scales[0];
-        let norms = if same { [norm(scales[0]); 3] } else { scales.map(norm) };
-        Self { lobes, kernel, scales, inv, norms }
+        let norms = if same { [kernel.norm(scales[0]); 3] } else { scales.map(|s| kernel.norm(s)) };
+        let packed = if F::DOUBLE { [[0.0; LANES]; 4] } else { pack(&lobes, inv, norms) };
+        Self { lobes, kernel, scales, packed }
     }
 
     /// Longitudinal densities alone.
@@ -57,48 +64,34 @@ impl<F: Real> Shapes<F> {
             let n = |p: usize| self.kernel.at(self.scales[p], wrap_angle(x[p]));
             [l[0] * n(0), l[1] * n(1), l[2] * n(2), l[3] / F::TAU()]
         } else {
-            let pack = |a: [F; 4], b: [F; 3], rest: f32| {
-                [a[0], a[1], a[2], a[3], b[0], b[1], b[2], F::of(f64::from(rest))].map(|x| x.f64() as f32)
-            };
-            let each = |f: fn(&Lobe<F>) -> F| [0, 1, 2, 3].map(|p| f(&self.lobes[p]));
-            let zero = [F::zero(); 3];
-            let single = Single {
-                cone_sin: pack(each(|l| l.cone.sin), zero, 0.0),
-                cone_cos: pack(each(|l| l.cone.cos), zero, 0.0),
-                // The azimuthal lanes hold the factor of x or x².
-                factor: pack(each(|l| l.inv_v), self.inv, 0.0),
-                norm: pack(each(|l| l.norm), self.norms, 1.0),
-                x: pack([F::zero(); 4], x, 0.0),
-                kernel: self.kernel,
-                widest: self.scales[0].max(self.scales[1]).max(self.scales[2]).f64() as f32,
-            };
+            let [a, b, c] = x.map(|x| x.f64() as f32);
+            let x = [0.0, 0.0, 0.0, 0.0, a, b, c, 0.0];
             let (sin_s, cos_s) = (sin_s.f64() as f32, cos_s.f64() as f32);
+            let widest = self.scales[0].max(self.scales[1]).max(self.scales[2]).f64() as f32;
+            let single = Single { packed: &self.packed, x, kernel: self.kernel, widest };
             let y = vectorised!(simd => shapes_at_once(simd, &single, sin_s, cos_s));
             [y[0] * y[4], y[1] * y[5], y[2] * y[6], y[3] * (1.0 / std::f32::consts::TAU)].map(|x| F::of(f64::from(x)))
         }
     }
 }
 
-/// Lanes 0 to 3: longitudinal lobes; 4 to 6: azimuthal kernels; 7: nothing.
-struct Single {
-    cone_sin: [f32; LANES],
-    cone_cos: [f32; LANES],
-    factor: [f32; LANES],
-    norm: [f32; LANES],
+/// What the lanes of [`Shapes`] are asked.
+struct Single<'a> {
+    packed: &'a [[f32; LANES]; 4],
     x: [f32; LANES],
     kernel: Kernel,
     widest: f32,
 }
 
 #[inline(always)]
-fn shapes_at_once<S: Simd>(simd: S, single: &Single, sin_s: f32, cos_s: f32) -> [f32; LANES] {
+fn shapes_at_once<S: Simd>(simd: S, single: &Single<'_>, sin_s: f32, cos_s: f32) -> [f32; LANES] {
     let azimuthal = f32x8::load_array(simd, [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]).simd_gt(f32x8::splat(simd, 0.5));
     let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
-    let factor = f32x8::load_array_ref(simd, &single.factor);
+    let factor = f32x8::load_array_ref(simd, &single.packed[2]);
 
     // Longitudinal: exp(-q/v) I0e(z), with the exponential of I0e's lower branch in the same exponent.
-    let cone_sin = f32x8::load_array_ref(simd, &single.cone_sin);
-    let cone_cos = f32x8::load_array_ref(simd, &single.cone_cos);
+    let cone_sin = f32x8::load_array_ref(simd, &single.packed[0]);
+    let cone_cos = f32x8::load_array_ref(simd, &single.packed[1]);
     let (a, b) = (cone_cos - f32x8::splat(simd, cos_s), cone_sin - f32x8::splat(simd, sin_s));
     let q = (a * a + b * b) * f32x8::splat(simd, 0.5);
     let z = (cone_cos * f32x8::splat(simd, cos_s) * factor).max(zero);
@@ -111,7 +104,7 @@ fn shapes_at_once<S: Simd>(simd: S, single: &Single, sin_s: f32, cos_s: f32) -> 
     let azimuth_exponent = if gaussian { x * x * factor } else { x * factor };
 
     let e = vector::exp(simd, azimuthal.select(azimuth_exponent, exponent));
-    let norm = f32x8::load_array_ref(simd, &single.norm);
+    let norm = f32x8::load_array_ref(simd, &single.packed[3]);
     let bessel = vector::i0e_without_exponential(simd, z, lower);
     let around = if gaussian {
         let mut sum = e;

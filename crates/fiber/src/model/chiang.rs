@@ -18,7 +18,7 @@ use super::field::{blend, split};
 use super::{DIMS, Lobes, Model, RESIDUAL, Sample, Scatter, finish, pick};
 use crate::lobe::attenuation::{Optics, Path};
 use crate::lobe::azimuthal::Kernel;
-use crate::lobe::cross_section::{HalfRule, Section, Shares, lobe_shares};
+use crate::lobe::cross_section::{HalfRule, Section, Shares, lobe_shares, shares_of};
 use crate::lobe::longitudinal::{Cone, Lobe, MIN_VARIANCE};
 use crate::lobe::shapes::Shapes;
 use crate::{Dir, Field, Hit};
@@ -108,9 +108,7 @@ impl<F: Real> Near<F> {
     fn new(optics: &Optics<F>, sigma_a: Rgb<F>, phi_k: F, h: F) -> Self {
         let path: Path<F> = optics.path_at(h);
         let a = path.attenuation(sigma_a);
-        let lum = a.map(Rgb::luminance);
-        let scale = lum.iter().copied().sum::<F>().recip();
-        Self { exits: [0, 1, 2].map(|p| phi_k + path.exit_azimuth(p)), a, q: lum.map(|l| l * scale) }
+        Self { exits: [0, 1, 2].map(|p| phi_k + path.exit_azimuth(p)), a, q: shares_of(a.map(Rgb::luminance)) }
     }
 }
 

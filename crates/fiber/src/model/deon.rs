@@ -8,9 +8,11 @@
 //! - Energy: close to 1 without absorption, not exactly (0.97 at 85 degrees for a width of 5 degrees),
 //!   because the attenuation is taken at the half difference angle; exactly 1 with
 //!   [`Attenuation::Known`].
-//! - At grazing inclinations (and offsets near the rim) the selection, which looks at the specular path, knows
-//!   R alone, while other lobes scatter a little too: weights are unbounded there. That is the paper's sampler;
-//!   [`Attenuation::Known`] does not have it.
+//! - At grazing inclinations the selection, which looks at the specular path, knows R almost alone, while other
+//!   lobes, tilted off the cone, scatter a little too: weights grow there (2 at 85 degrees, 4 at 88 with the
+//!   defaults). Beyond 89.4 degrees, where the paper's sampler would never draw the other lobes, the selection
+//!   looks at 89.4 degrees instead: weights stay bounded and nothing is missed. [`Attenuation::Known`] does not
+//!   need that.
 //! - Symmetric in the two directions (as `fcos`) when `alpha` is 0 and the attenuation is at the
 //!   difference angle.
 //!
@@ -31,7 +33,7 @@ use crate::dir::cos2_half_difference;
 use crate::lobe::attenuation::Optics;
 use crate::lobe::azimuthal::Kernel;
 use crate::lobe::cross_section::{Azimuthal, HalfRule, Section, Shares, lobe_shares};
-use crate::lobe::longitudinal::{Cone, Lobe, MIN_VARIANCE};
+use crate::lobe::longitudinal::{Cone, Lobe, deon_widths};
 use crate::lobe::shapes::Shapes;
 use crate::{Dir, Field, Hit, wrap_angle};
 
@@ -115,12 +117,11 @@ impl<F: Real> Deon<F> {
             field: Field::default(),
         }
     }
-
-    /// Widths of R, TT, TRT and the residual lobe from that of R.
-    fn widths(beta: F) -> [F; 4] {
-        [1.0, 0.5, 2.0, 2.0].map(|x| F::of(x) * beta)
-    }
 }
+
+/// Floor of `cos² θ_d` by which lobes are chosen (89.4 degrees): along the fiber the specular path is all
+/// reflection, and lobes that lie elsewhere would never be drawn.
+const MIN_COS2_CHOICE: f64 = 1e-4;
 
 /// [`Deon`] at one shading point.
 #[derive(Clone, Copy, Debug)]
@@ -147,29 +148,26 @@ impl<F: Real> Model<F> for Deon<F> {
         let specular = match self.attenuation {
             Attenuation::Known => [Optics::new(k.cos_theta.sqr(), self.eta); 4],
             Attenuation::Difference => {
-                cones.map(|c| Optics::new(c.cos2_half_difference(k.sin_theta, k.cos_theta), self.eta))
+                let floor = F::of(MIN_COS2_CHOICE);
+                cones.map(|c| Optics::new(c.cos2_half_difference(k.sin_theta, k.cos_theta).max(floor), self.eta))
             }
         };
-        let narrowest = F::of(MIN_VARIANCE.sqrt());
-        let v = Self::widths(self.beta_m).map(|b| b.max(narrowest).sqr());
-        let [r, tt, trt, _] = Self::widths(self.beta_n).map(|b| b.max(narrowest));
+        let v = deon_widths(self.beta_m).map(Real::sqr);
+        let [r, tt, trt, _] = deon_widths(self.beta_n);
         let lobes = [0, 1, 2, 3].map(|p| Lobe::new(v[p], cones[p]));
         let shapes = Shapes::new(lobes, Kernel::Gaussian, [r, tt, trt]);
         let near = self.field.near_share(hit.width_px);
         let shares = (near < F::one()).then(|| self.shares(&specular));
-        let mut setup = DeonSetup { model: *self, hit: *hit, shapes, specular, near, w: [F::zero(); 4], shares };
-        if near > F::zero() {
-            setup.w = setup.shares_at(hit.h);
-        }
-        setup
+        let w =
+            if near > F::zero() { lobe_shares(&specular, self.sigma_a, self.residual, hit.h) } else { [F::zero(); 4] };
+        DeonSetup { model: *self, hit: *hit, shapes, specular, near, w, shares }
     }
 }
 
 impl<F: Real> Deon<F> {
     /// `w_p` over the cross-section. One rule serves all lobes that are wide enough for it.
     fn shares(&self, specular: &[Optics<F>; 4]) -> Shares<F> {
-        let narrowest = F::of(MIN_VARIANCE.sqrt());
-        let [r, tt, trt, _] = Self::widths(self.beta_n).map(|b| b.max(narrowest));
+        let [r, tt, trt, _] = deon_widths(self.beta_n);
         Shares::new(HalfRule::fit(Kernel::Gaussian, &[r, tt, trt]), specular, self.sigma_a, self.residual)
     }
 }

@@ -28,7 +28,7 @@ use math::{Real, Rgb};
 use super::{DIMS, Lobes, Model, R, RESIDUAL, Sample, Scatter, TRT, TT, finish};
 use crate::lobe::attenuation::Optics;
 use crate::lobe::azimuthal::{standard_normal, wrapped_gaussian};
-use crate::lobe::longitudinal::{Cone, Lobe, MIN_VARIANCE};
+use crate::lobe::longitudinal::{Cone, Lobe, deon_widths};
 use crate::wrap_angle;
 use crate::{Dir, Hit};
 
@@ -205,18 +205,16 @@ impl<F: Real> Model<F> for Fur<F> {
         energies[TRT] = energies[TT] * once * f;
         energies[RESIDUAL] = energies[TRT] * once.map(|t| echoes(f, t));
 
-        let shift = |times: f64| Cone::specular(k.sin_theta, k.cos_theta, F::of(times) * self.alpha);
-        let narrowest = F::of(MIN_VARIANCE.sqrt());
-        let widths = |beta: F| [1.0, 0.5, 2.0, 2.0].map(|x| (F::of(x) * beta).max(narrowest));
-        let (along, around) = (widths(self.beta_m), widths(self.beta_n));
-        let plain = |p: usize, times: f64| Part {
+        let cones = Cone::deon(k.sin_theta, k.cos_theta, self.alpha);
+        let (along, around) = (deon_widths(self.beta_m), deon_widths(self.beta_n));
+        let plain = |p: usize| Part {
             energy: energies[p],
             share: F::zero(),
-            lobe: Lobe::new(along[p].sqr(), shift(times)),
+            lobe: Lobe::new(along[p].sqr(), cones[p]),
             exit: if p == RESIDUAL { F::zero() } else { path.exit_azimuth(p) },
             width: around[p],
         };
-        let [r, tt, trt, rest] = [plain(R, 2.0), plain(TT, -1.0), plain(TRT, -4.0), plain(RESIDUAL, 0.0)];
+        let [r, tt, trt, rest] = [R, TT, TRT, RESIDUAL].map(plain);
         // Without a medulla these keep no energy, and nobody looks at the rest of them.
         let mut parts = [r, tt, trt, rest, rest, rest, rest];
         for part in &mut parts[TT_S..] {

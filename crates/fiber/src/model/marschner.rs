@@ -96,12 +96,7 @@ impl<F: Real> Marschner<F> {
             eccentricity: of(self.eccentricity),
             roots: self.roots,
             norm: self.norm,
-            caustic: self.caustic.map(|caustic| Caustic {
-                strength: of(caustic.strength),
-                width: of(caustic.width),
-                fade: of(caustic.fade),
-                limit: of(caustic.limit),
-            }),
+            caustic: self.caustic.map(Caustic::cast),
             diffuse: self.diffuse.cast(),
         }
     }

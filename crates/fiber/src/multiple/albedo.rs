@@ -38,7 +38,7 @@ use math::{Real, Rgb, hash, normal};
 use crate::dir::cos2_half_difference;
 use crate::lobe::attenuation::{Optics, fresnel};
 use crate::lobe::azimuthal::{sample_trimmed_logistic, standard_normal};
-use crate::lobe::longitudinal::{self, Cone, MIN_VARIANCE};
+use crate::lobe::longitudinal::{self, Cone, deon_widths};
 use crate::{Attenuation, Chiang, Deon, Fiber, RESIDUAL};
 
 /// Which way the parallel fibers of the groom point, root to tip.
@@ -199,7 +199,12 @@ impl AlbedoCurve {
         let [darkest, white] = self.range();
         let ratio = albedo.clamp_to(darkest, white * WHITEST) / white;
         let y = (-ratio.ln()).ln();
-        let i = self.shape.partition_point(|&node| node < y);
+        // As dark as it gets: the table is level there.
+        let i = if y >= self.shape[self.shape.len() - 1] {
+            self.shape.len()
+        } else {
+            self.shape.partition_point(|&node| node < y)
+        };
         let at = if i == 0 {
             (y - self.shape[0]) / self.first_slope()
         } else if i == self.shape.len() {
@@ -340,18 +345,15 @@ impl Walk {
                 attenuation: Attenuation::Known,
                 lay,
             }),
-            Fiber::Deon(deon) => {
-                let widths = |beta: f64| [1.0, 0.5, 2.0, 2.0].map(|x: f64| (x * beta).max(MIN_VARIANCE.sqrt()));
-                Some(Self {
-                    eta: deon.eta,
-                    shifts: shifts(deon.alpha),
-                    v: widths(deon.beta_m).map(|b| b * b),
-                    blur: Blur::Gaussian(widths(deon.beta_n)),
-                    residual: deon.residual,
-                    attenuation: deon.attenuation,
-                    lay,
-                })
-            }
+            Fiber::Deon(deon) => Some(Self {
+                eta: deon.eta,
+                shifts: shifts(deon.alpha),
+                v: deon_widths(deon.beta_m).map(|b| b * b),
+                blur: Blur::Gaussian(deon_widths(deon.beta_n)),
+                residual: deon.residual,
+                attenuation: deon.attenuation,
+                lay,
+            }),
             _ => None,
         }
     }

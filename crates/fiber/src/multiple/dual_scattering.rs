@@ -283,6 +283,14 @@ impl<F: Real, M: Model<F>> DualScattering<F, M> {
     #[inline]
     pub fn accumulate(&self, front: &mut Front<F>, theta: F) {
         let side = lookup(&self.forward, -theta);
+        if front.direct < F::one() {
+            // What had met no fiber yet joins what had, unshifted.
+            let arriving = front.transmittance + Rgb::splat(front.direct);
+            let before = front.transmittance.zip(arriving, |t, all| if all > F::zero() { t / all } else { F::one() });
+            front.shift = front.shift * before;
+            front.variance = front.variance * before;
+            front.transmittance = arriving;
+        }
         front.direct = F::zero();
         front.transmittance *= side.attenuation;
         front.shift += side.shift;
@@ -654,6 +662,7 @@ mod tests {
                         let phi = 2.0 * PI * (f64::from(j) + (31.7 * x).fract()) / f64::from(around);
                         let on = closure.forward_share(phi);
                         for power in 0..3 {
+                            #[expect(clippy::needless_range_loop, reason = "a channel of two arrays and of a colour")]
                             for c in 0..3 {
                                 let moment = integrate(-FRAC_PI_2, FRAC_PI_2, 48, |t| {
                                     let fcos = point.eval(Dir::new(t, phi)).sum()[c];

@@ -16,7 +16,7 @@ use super::section::{self, Section};
 use super::{Table2, Tables, Untabulated, checked};
 use crate::dir::cos2_half_difference;
 use crate::lobe::azimuthal::Kernel;
-use crate::lobe::longitudinal::MIN_VARIANCE;
+use crate::lobe::longitudinal::deon_widths;
 use crate::{Attenuation, Deon, Dir, Fiber, Field, Lobes, Weights, wrap_angle};
 
 /// [`Deon`] as textures; see [`bake`].
@@ -47,7 +47,10 @@ pub fn bake(model: &Deon<f64>, size: u32) -> Result<DeonTables, Untabulated> {
         eta: model.eta,
         sigma_a: model.sigma_a,
         kernel: Kernel::Gaussian,
-        scales: [1.0, 0.5, 2.0].map(|x: f64| (x * model.beta_n).max(MIN_VARIANCE.sqrt())),
+        scales: {
+            let [r, tt, trt, _] = deon_widths(model.beta_n);
+            [r, tt, trt]
+        },
     };
     let [r_tt, trt, residual] = section.bake(size);
     Ok(DeonTables { exact: *model, single: model.cast(), r_tt, trt, residual })
@@ -69,8 +72,7 @@ impl DeonTables {
     /// `fcos` from the texels at [`coords`](Self::coords). Twin of `deon_from_tables`.
     #[inline]
     pub fn combine(&self, known: Dir, s: Dir, r_tt: [f32; 4], trt: [f32; 4], residual: [f32; 4]) -> Lobes {
-        let narrowest = MIN_VARIANCE.sqrt() as f32;
-        let variances = [1.0, 0.5, 2.0, 2.0].map(|x: f32| (x * self.single.beta_m).max(narrowest).powi(2));
+        let variances = deon_widths(self.single.beta_m).map(|width| width * width);
         let mut l = section::longitudinal(variances, self.single.alpha, known, s);
         if !self.single.residual {
             l[3] = 0.0;
