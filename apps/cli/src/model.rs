@@ -258,6 +258,12 @@ fn positive(name: &str, x: f64) -> anyhow::Result<f64> {
     Ok(x)
 }
 
+/// A width in radians: beyond a turn a lobe is flat.
+fn width(name: &str, x: f64) -> anyhow::Result<f64> {
+    ensure!(x > 0.0 && x <= std::f64::consts::TAU, "{name} is {x}; it must be greater than 0 and at most 2 pi");
+    Ok(x)
+}
+
 fn at_least(name: &str, x: f64, least: f64) -> anyhow::Result<f64> {
     ensure!(x >= least && x.is_finite(), "{name} is {x}; it must be at least {least}");
     Ok(x)
@@ -299,11 +305,11 @@ pub(crate) fn model(kind: Kind, value: &Value, has_h: bool) -> anyhow::Result<Fi
     Ok(match kind {
         Kind::Deon => {
             let p: DeonParams = params(value)?;
-            let beta_m = positive("beta_M", p.beta_m.unwrap_or(7.5_f64.to_radians()))?;
+            let beta_m = width("beta_M", p.beta_m.unwrap_or(7.5_f64.to_radians()))?;
             Fiber::Deon(Deon {
                 eta: within("eta", p.eta.unwrap_or(1.55), 1.0, 3.0)?,
                 beta_m,
-                beta_n: positive("beta_N", p.beta_n.unwrap_or(beta_m))?,
+                beta_n: width("beta_N", p.beta_n.unwrap_or(beta_m))?,
                 alpha: angle("alpha", p.alpha)?,
                 residual: p.residual.unwrap_or(true),
                 attenuation: match p.attenuation {
@@ -318,8 +324,8 @@ pub(crate) fn model(kind: Kind, value: &Value, has_h: bool) -> anyhow::Result<Fi
             let p: ChiangParams = params(value)?;
             ensure!(has_h || p.field.is_some(), "this model is near-field: it needs \"h\", or \"field\": \"far\"");
             Fiber::Chiang(Chiang {
-                beta_m: positive("beta_m", p.beta_m.unwrap_or(0.3))?,
-                beta_n: positive("beta_n", p.beta_n.unwrap_or(0.3))?,
+                beta_m: width("beta_m", p.beta_m.unwrap_or(0.3))?,
+                beta_n: width("beta_n", p.beta_n.unwrap_or(0.3))?,
                 alpha: angle("alpha", p.alpha)?,
                 eta: within("eta", p.eta.unwrap_or(1.55), 1.0, 3.0)?,
                 sigma_a: colour("sigma_a", p.sigma_a, 0.0)?,
@@ -358,12 +364,12 @@ pub(crate) fn model(kind: Kind, value: &Value, has_h: bool) -> anyhow::Result<Fi
                 lobes: [
                     HeryLobe {
                         tint: colour("ks", p.ks, 1.0)?,
-                        beta: positive("beta", p.beta.unwrap_or(5.0_f64.to_radians()))?,
+                        beta: width("beta", p.beta.unwrap_or(5.0_f64.to_radians()))?,
                         alpha: angle("alpha", p.alpha)?,
                     },
                     HeryLobe {
                         tint: colour("ks2", p.ks2, 0.0)?,
-                        beta: positive("beta2", p.beta2.unwrap_or(10.0_f64.to_radians()))?,
+                        beta: width("beta2", p.beta2.unwrap_or(10.0_f64.to_radians()))?,
                         alpha: angle("alpha2", p.alpha2)?,
                     },
                 ],
@@ -380,12 +386,12 @@ pub(crate) fn model(kind: Kind, value: &Value, has_h: bool) -> anyhow::Result<Fi
         Kind::Fur => {
             let p: FurParams = params(value)?;
             ensure!(has_h, "this model is near-field: it needs \"h\"");
-            let beta_m = positive("beta_M", p.beta_m.unwrap_or(7.5_f64.to_radians()))?;
+            let beta_m = width("beta_M", p.beta_m.unwrap_or(7.5_f64.to_radians()))?;
             Fiber::Fur(Fur {
                 eta: within("eta", p.eta.unwrap_or(1.55), 1.0, 3.0)?,
                 sigma_a: colour("sigma_a", p.sigma_a, 0.0)?,
                 beta_m,
-                beta_n: positive("beta_N", p.beta_n.unwrap_or(beta_m))?,
+                beta_n: width("beta_N", p.beta_n.unwrap_or(beta_m))?,
                 alpha: angle("alpha", p.alpha)?,
                 layers: within("layers", p.layers.unwrap_or(1.0), 1.0, 10.0)?,
                 medulla: Medulla {
@@ -403,13 +409,13 @@ fn marschner(p: &MarschnerParams) -> anyhow::Result<Fiber<f64>> {
     let usual = Marschner::<f64>::with_absorption(colour("sigma_a", p.sigma_a, 0.0)?);
     let caustic = Caustic {
         strength: at_least("k_G", p.k_g.unwrap_or(1.0), 0.0)?,
-        width: positive("w_c", p.w_c.unwrap_or(15.0_f64.to_radians()))?,
+        width: width("w_c", p.w_c.unwrap_or(15.0_f64.to_radians()))?,
         fade: positive("delta_eta", p.delta_eta.unwrap_or(0.3))?,
         limit: within("delta_h_M", p.delta_h_m.unwrap_or(0.5), 0.0, 1.0)?,
     };
     Ok(Fiber::Marschner(Marschner {
         eta: within("eta", p.eta.unwrap_or(usual.eta), 1.01, 3.0)?,
-        beta_m: positive("beta_R", p.beta.unwrap_or(usual.beta_m))?,
+        beta_m: width("beta_R", p.beta.unwrap_or(usual.beta_m))?,
         alpha: angle("alpha_R", p.alpha.unwrap_or(0.0))?,
         eccentricity: within("a", p.a.unwrap_or(1.0), 0.5, 1.0)?,
         diffuse: colour("kd", p.kd, 0.0)?,
@@ -441,15 +447,15 @@ fn sadeghi(p: &SadeghiParams) -> anyhow::Result<Fiber<f64>> {
             color: colour(&format!("C_{name}"), color, 1.0)?,
             intensity: at_least(&format!("I_{name}"), intensity.unwrap_or(lobe.intensity), 0.0)?,
             shift: angle(&format!("alpha_{name}"), shift.unwrap_or(by_alpha * alpha))?,
-            width: positive(&format!("beta_{name}"), width.unwrap_or(by_beta * beta))?,
+            width: self::width(&format!("beta_{name}"), width.unwrap_or(by_beta * beta))?,
         };
     }
     Ok(Fiber::Sadeghi(Sadeghi {
         lobes,
-        tt_azimuthal_width: positive("delta_TT", p.delta_tt.unwrap_or(usual.tt_azimuthal_width))?,
+        tt_azimuthal_width: width("delta_TT", p.delta_tt.unwrap_or(usual.tt_azimuthal_width))?,
         glint: Glint {
             intensity: at_least("I_G", p.i_g.unwrap_or(usual.glint.intensity), 0.0)?,
-            width: positive("delta_G", p.delta_g.unwrap_or(usual.glint.width))?,
+            width: width("delta_G", p.delta_g.unwrap_or(usual.glint.width))?,
             angle: within("G_angle", p.g_angle.unwrap_or(usual.glint.angle), 0.0, std::f64::consts::PI)?,
         },
         mode: match p.mode {

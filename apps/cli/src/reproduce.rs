@@ -55,6 +55,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         bail!("pages and pictures need a folder: add -o FOLDER");
     };
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    let index = folder.join("README.md");
+    if std::fs::read(&index).is_ok_and(|old| !old.starts_with(b"# Reproductions\n")) {
+        bail!("{} is not an index of reproductions and would be overwritten; choose another folder", index.display());
+    }
     // Found out now, and not after minutes of rendering.
     page::write_index(folder)?;
 

@@ -51,8 +51,8 @@ mod model;
 pub use dir::{Dir, Hit, wrap_angle};
 pub use lobe::caustic::Caustic;
 pub use lobe::roots::Roots;
-pub use model::chiang::{Chiang, ChiangSetup};
-pub use model::deon::{Attenuation, Deon, DeonSetup, Weights};
+pub use model::chiang::{Chiang, ChiangGroom, ChiangSetup};
+pub use model::deon::{Attenuation, Deon, DeonGroom, DeonSetup, Weights};
 pub use model::field::Field;
 pub use model::fur::{Fur, FurSetup, Medulla};
 pub use model::hery::{Hery, HeryLobe, HeryMode, HerySetup};
@@ -60,4 +60,4 @@ pub use model::kajiya_kay::{Highlight, KajiyaKay, KajiyaKayMode, KajiyaKaySetup}
 pub use model::lambertian::{Lambertian, LambertianSetup};
 pub use model::marschner::{Marschner, MarschnerNorm, MarschnerSetup};
 pub use model::sadeghi::{ArtistLobe, Glint, Sadeghi, SadeghiMode, SadeghiSetup};
-pub use model::{DIMS, Fiber, FiberSetup, LOBE_NAMES, Lobes, Model, R, RESIDUAL, Sample, Scatter, TRT, TT};
+pub use model::{DIMS, Fiber, FiberSetup, GroomFiber, LOBE_NAMES, Lobes, Model, R, RESIDUAL, Sample, Scatter, TRT, TT};

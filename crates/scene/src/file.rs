@@ -734,7 +734,7 @@ pub enum RegionKind {
 
 /// What fibers are made of: a model and its parameters. Which parameters there are depends on the model.
 ///
-/// The colour of `deon` and `chiang` is given in exactly one form: eumelanin and pheomelanin, melanin and
+/// The colour of `deon`, `chiang`, `marschner` and `fur` is given in exactly one form: eumelanin and pheomelanin, melanin and
 /// redness, color, or absorption.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -864,11 +864,11 @@ pub struct LookSection {
     pub trt_width_deg: Option<Param>,
     /// fur: radius of the medulla in fiber radii, 0 to 0.95. Default: 0.6.
     pub medulla: Option<Param>,
-    /// fur: scattering of the medulla per fiber radius, 0 to 1000. Default: 3.
+    /// fur: scattering of the medulla per fiber radius, 0 to 1000. Default: 2.
     pub medulla_scattering: Option<Param>,
-    /// fur: absorption of the medulla per fiber radius, 0 to 10000 per channel. Default: 0.1.
+    /// fur: absorption of the medulla per fiber radius, 0 to 10000 per channel. Default: 0.
     pub medulla_absorption: Option<Param>,
-    /// fur: anisotropy of the medulla's scattering, -0.6 (back) to 0.9 (forward). Default: 0.2.
+    /// fur: anisotropy of the medulla's scattering, -0.6 (back) to 0.9 (forward). Default: 0.4.
     pub medulla_anisotropy: Option<Param>,
     /// fur: number of layers of the cuticle, 1 to 10; more reflect more. Default: 1.
     pub cuticle_layers: Option<Param>,

@@ -1,7 +1,7 @@
 //! One sample: a path from the camera.
 
 use accel::{Hit, Ray, StrandHit, TriangleHit};
-use fiber::{Dir, FiberSetup, Lobes, Model, Scatter};
+use fiber::{Dir, FiberSetup, GroomFiber, Lobes, Model, Scatter};
 use film::Sample;
 use math::{Frame, Rgb, Vec3, hash, warp};
 use scene::{Heuristic, Integrator, StrandPoint};
@@ -187,21 +187,27 @@ impl Tracer {
             Hit::Strand(hit) => {
                 let groom = &self.scene.grooms[hit.set as usize];
                 let look = &self.scene.looks[groom.look];
-                let model = look.constant().unwrap_or_else(|| {
-                    look.fiber(&StrandPoint {
-                        strand: hit.strand - self.accel.first_strand(hit.set),
-                        u: hit.u,
-                        point_index: hit.point as usize,
-                        frac: hit.fraction,
-                        attributes: &groom.groom.attributes,
-                        seed: groom.seed,
-                    })
-                });
+                let varying;
+                let model = match look.for_groom() {
+                    Some(model) => model,
+                    None => {
+                        varying = GroomFiber::Other(look.fiber(&StrandPoint {
+                            strand: hit.strand - self.accel.first_strand(hit.set),
+                            u: hit.u,
+                            point_index: hit.point as usize,
+                            frac: hit.fraction,
+                            attributes: &groom.groom.attributes,
+                            seed: groom.seed,
+                        }));
+                        &varying
+                    }
+                };
                 let frame = if model.is_round() {
                     Frame::around(hit.tangent)
                 } else {
                     // The longer diameter keeps its direction along a strand, and is another on every strand.
-                    let turn = [hash::unit(hit.strand, MAJOR_AXIS), hash::unit(hit.strand, MAJOR_AXIS + 1)];
+                    let axis = hash::mix2(groom.seed, MAJOR_AXIS);
+                    let turn = [hash::unit(hit.strand, axis), hash::unit(hit.strand, axis ^ 1)];
                     across(hit.tangent, warp::uniform_sphere(turn))
                 };
                 let mut at = fiber::Hit::new(local(&frame, -dir), hit.h);

@@ -38,7 +38,7 @@ impl Paper {
                 "E. d'Eon, S. Marschner and J. Hanika, Importance Sampling for Physically-Based Hair Fiber Models, \
                  SIGGRAPH Asia Technical Briefs, 2013"
             }
-            Self::Hunz2016 => "J. Hunz, thesis on the rendering of hair in real time, 2016",
+            Self::Hunz2016 => "J. Hunz, Interactive Physically-Based Hair Rendering, master's thesis, Koblenz, 2016",
         }
     }
 }
@@ -360,12 +360,14 @@ pub fn number(x: f64) -> String {
         "not a number".into()
     } else if !(1e-3..1e5).contains(&size) {
         format!("{x:.2e}")
-    } else if size < 1.0 {
-        format!("{x:.4}")
-    } else if size < 100.0 {
-        format!("{x:.2}")
     } else {
-        format!("{x:.0}")
+        // Three digits that matter, and no zeros behind the point that say nothing.
+        let decimals = (2 - size.log10().floor() as i32).clamp(0, 5) as usize;
+        let text = format!("{x:.decimals$}");
+        match text.contains('.') {
+            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+            false => text,
+        }
     }
 }
 
@@ -397,8 +399,9 @@ mod tests {
     #[test]
     fn numbers_keep_the_digits_that_matter() {
         assert_eq!(number(0.0), "0");
-        assert_eq!(number(0.123_45), "0.1235");
-        assert_eq!(number(12.345), "12.35");
+        assert_eq!(number(0.123_45), "0.123");
+        assert_eq!(number(12.345), "12.3");
+        assert_eq!((number(10.0), number(0.002), number(100.0)), ("10".into(), "0.002".into(), "100".into()));
         assert_eq!(number(-1234.5), "-1234");
         assert_eq!(number(1.2e-7), "1.20e-7");
     }

@@ -8,7 +8,7 @@ use math::Rgb;
 use crate::{Error, Picture};
 
 /// The largest file that a page should bring, bytes.
-pub const LARGEST: usize = 300_000;
+pub const LARGEST: usize = 400_000;
 
 /// Paper.
 const WHITE: [u8; 3] = [255; 3];
@@ -116,7 +116,12 @@ impl Raster {
             raster = self.shrunk(side(self.width), side(self.height));
             png = raster.png()?;
         }
-        Ok(Picture { stem, caption: caption.into(), png })
+        let mut caption = caption.into();
+        if raster.width < self.width {
+            let share = 100.0 * raster.width as f64 / self.width as f64;
+            caption.push_str(&format!(" Shown at {share:.0} % of its size."));
+        }
+        Ok(Picture { stem, caption, png })
     }
 }
 

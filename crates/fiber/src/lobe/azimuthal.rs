@@ -8,6 +8,10 @@ use crate::quadrature::rule;
 /// A Gaussian of standard deviation `sigma` wrapped around the circle, at `x` in `[-π, π]`; per radian.
 #[inline]
 pub fn wrapped_gaussian<F: Real>(sigma: F, x: F) -> F {
+    if sigma > F::of(10.0) {
+        // Even around the circle, to the last bit.
+        return F::TAU().recip();
+    }
     let norm = F::of(0.398_942_280_401_432_7) / sigma;
     let g = |x: F| (F::of(-0.5) * (x / sigma).sqr()).exp();
     let mut sum = g(x);

@@ -288,7 +288,7 @@ fn kernel_at<S: Simd>(simd: S, kernel: Kernel, scale: f32, norm: f32, x: f32x8<S
             let mut sum = vector::exp(simd, x * x * narrow);
             // Images within six standard deviations: beyond, single precision sees nothing.
             let mut turn = std::f32::consts::TAU;
-            while turn - std::f32::consts::PI < 6.0 * scale {
+            while turn - std::f32::consts::PI < (6.0 * scale).min(60.0) {
                 let (a, b) = (x - f32x8::splat(simd, turn), x + f32x8::splat(simd, turn));
                 sum = sum + vector::exp(simd, a * a * narrow) + vector::exp(simd, b * b * narrow);
                 turn += std::f32::consts::TAU;

@@ -37,16 +37,6 @@ impl<F: Real> Cone<F> {
         Self::turned(sin_k, cos_k, s, c)
     }
 
-    /// The cones of R, TT, TRT and the residual lobe with the shifts of d'Eon et al.: `2α`, `-α`, `-4α` and none.
-    #[inline]
-    pub fn deon(sin_k: F, cos_k: F, alpha: F) -> [Self; 4] {
-        // One sine and cosine: the other shifts are multiples.
-        let (s1, c1) = if alpha.is_zero() { (F::zero(), F::one()) } else { alpha.sin_cos() };
-        let (s2, c2) = (F::of(2.0) * s1 * c1, c1 * c1 - s1 * s1);
-        let (s4, c4) = (F::of(2.0) * s2 * c2, c2 * c2 - s2 * s2);
-        [(s2, c2), (-s1, c1), (-s4, c4), (F::zero(), F::one())].map(|(s, c)| Self::turned(sin_k, cos_k, s, c))
-    }
-
     /// [`specular`](Self::specular), from the sine and cosine of the shift.
     #[inline]
     pub fn turned(sin_k: F, cos_k: F, sin: F, cos: F) -> Self {
@@ -61,6 +51,27 @@ impl<F: Real> Cone<F> {
         let (sin, cos) =
             if self.raw_cos < F::zero() { (self.sin.signum(), F::zero()) } else { (self.sin, self.raw_cos) };
         crate::dir::cos2_half_difference(sin_k, cos_k, sin, cos)
+    }
+}
+
+/// The shifts of d'Eon et al. for a tilt of the scales: `2α`, `-α`, `-4α` for R, TT, TRT, none for the residual lobe.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tilt<F>([[F; 2]; 4]);
+
+impl<F: Real> Tilt<F> {
+    #[inline]
+    pub(crate) fn new(alpha: F) -> Self {
+        // One sine and cosine: the other shifts are multiples.
+        let (s1, c1) = if alpha.is_zero() { (F::zero(), F::one()) } else { alpha.sin_cos() };
+        let (s2, c2) = (F::of(2.0) * s1 * c1, c1 * c1 - s1 * s1);
+        let (s4, c4) = (F::of(2.0) * s2 * c2, c2 * c2 - s2 * s2);
+        Self([[s2, c2], [-s1, c1], [-s4, c4], [F::zero(), F::one()]])
+    }
+
+    /// Where the lobes lie for a known inclination.
+    #[inline]
+    pub(crate) fn cones(&self, sin_k: F, cos_k: F) -> [Cone<F>; 4] {
+        self.0.map(|[sin, cos]| Cone::turned(sin_k, cos_k, sin, cos))
     }
 }
 

@@ -7,7 +7,7 @@ use fearless_simd::{Select, Simd, SimdBase, f32x8};
 use math::Real;
 
 use super::azimuthal::Kernel;
-use super::longitudinal::Lobe;
+use super::longitudinal::{Cone, Lobe, Tilt};
 use super::vector::{self, LANES, vectorised};
 use crate::wrap_angle;
 
@@ -39,7 +39,7 @@ fn pack<F: Real>(lobes: &[Lobe<F>; 4], inv: [F; 3], norms: [F; 3]) -> [[f32; LAN
 }
 
 impl<F: Real> Shapes<F> {
-    pub(crate) fn new(lobes: [Lobe<F>; 4], kernel: Kernel, scales: [F; 3]) -> Self {
+    fn new(lobes: [Lobe<F>; 4], kernel: Kernel, scales: [F; 3]) -> Self {
         let inv = scales.map(|s| match kernel {
             Kernel::Gaussian => F::of(-0.5) / s.sqr(),
             Kernel::Logistic => -s.recip(),
@@ -72,6 +72,44 @@ impl<F: Real> Shapes<F> {
             let y = vectorised!(simd => shapes_at_once(simd, &single, sin_s, cos_s));
             [y[0] * y[4], y[1] * y[5], y[2] * y[6], y[3] * (1.0 / std::f32::consts::TAU)].map(|x| F::of(f64::from(x)))
         }
+    }
+}
+
+/// What of the shapes no shading point changes: all but where the cones lie.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Blur<F> {
+    /// As seen at right angles and without a tilt.
+    shapes: Shapes<F>,
+    tilt: Tilt<F>,
+}
+
+impl<F: Real> Blur<F> {
+    /// For longitudinal variances, the tilt of the scales, and the azimuthal kernel of R, TT, TRT.
+    pub(crate) fn new(v: [F; 4], alpha: F, kernel: Kernel, scales: [F; 3]) -> Self {
+        let tilt = Tilt::new(alpha);
+        let straight = Tilt::new(F::zero()).cones(F::zero(), F::one());
+        let lobes = [0, 1, 2].map(|p| Lobe::new(v[p], straight[p]));
+        // The residual lobe is often as wide as TRT.
+        let rest = if v[3] == v[2] { lobes[2] } else { Lobe::new(v[3], straight[3]) };
+        Self { shapes: Shapes::new([lobes[0], lobes[1], lobes[2], rest], kernel, scales), tilt }
+    }
+
+    /// Where the cones lie for a known inclination.
+    #[inline]
+    pub(crate) fn cones(&self, sin_k: F, cos_k: F) -> [Cone<F>; 4] {
+        self.tilt.cones(sin_k, cos_k)
+    }
+
+    /// The shapes around these cones.
+    #[inline]
+    pub(crate) fn around(&self, cones: [Cone<F>; 4]) -> Shapes<F> {
+        let mut shapes = self.shapes;
+        for (p, cone) in cones.into_iter().enumerate() {
+            shapes.lobes[p].cone = cone;
+            shapes.packed[0][p] = cone.sin.f64() as f32;
+            shapes.packed[1][p] = cone.cos.f64() as f32;
+        }
+        shapes
     }
 }
 
@@ -109,7 +147,7 @@ fn shapes_at_once<S: Simd>(simd: S, single: &Single<'_>, sin_s: f32, cos_s: f32)
     let around = if gaussian {
         let mut sum = e;
         let mut turn = std::f32::consts::TAU;
-        while turn - std::f32::consts::PI < 6.0 * single.widest {
+        while turn - std::f32::consts::PI < (6.0 * single.widest).min(60.0) {
             let (a, b) = (x - f32x8::splat(simd, turn), x + f32x8::splat(simd, turn));
             sum = sum + vector::exp(simd, a * a * factor) + vector::exp(simd, b * b * factor);
             turn += std::f32::consts::TAU;

@@ -19,8 +19,8 @@ use super::{DIMS, Lobes, Model, RESIDUAL, Sample, Scatter, finish, pick};
 use crate::lobe::attenuation::{Optics, Path};
 use crate::lobe::azimuthal::Kernel;
 use crate::lobe::cross_section::{HalfRule, Section, Shares, lobe_shares, shares_of};
-use crate::lobe::longitudinal::{Cone, Lobe, MIN_VARIANCE};
-use crate::lobe::shapes::Shapes;
+use crate::lobe::longitudinal::MIN_VARIANCE;
+use crate::lobe::shapes::{Blur, Shapes};
 use crate::{Dir, Field, Hit};
 
 /// The model of Chiang et al.
@@ -119,28 +119,44 @@ struct Far<F> {
     shares: Shares<F>,
 }
 
+/// [`Chiang`] with everything that is the same at every shading point of a groom of equal fibers.
+#[derive(Clone, Copy, Debug)]
+pub struct ChiangGroom<F: Real = f32> {
+    model: Chiang<F>,
+    blur: Blur<F>,
+}
+
+impl<F: Real> Chiang<F> {
+    /// Works out what no shading point changes.
+    pub fn for_groom(&self) -> ChiangGroom<F> {
+        let s = self.azimuthal_scale();
+        ChiangGroom { model: *self, blur: Blur::new(self.variances(), self.alpha, Kernel::Logistic, [s; 3]) }
+    }
+}
+
 impl<F: Real> Model<F> for Chiang<F> {
     type Setup = ChiangSetup<F>;
 
+    #[inline]
     fn prepare(&self, hit: &Hit<F>) -> ChiangSetup<F> {
-        let k = hit.known;
-        let optics = Optics::new(k.cos_theta.sqr(), self.eta);
-        let [r, tt, trt, rest] = Cone::deon(k.sin_theta, k.cos_theta, self.alpha);
-        let v = self.variances();
-        let lobes = [Lobe::new(v[0], r), Lobe::new(v[1], tt), Lobe::new(v[2], trt), Lobe::new(v[3], rest)];
-        let s = self.azimuthal_scale();
-        let near_share = self.field.near_share(hit.width_px);
+        self.for_groom().prepare(hit)
+    }
+}
+
+impl<F: Real> Model<F> for ChiangGroom<F> {
+    type Setup = ChiangSetup<F>;
+
+    fn prepare(&self, hit: &Hit<F>) -> ChiangSetup<F> {
+        let (k, model) = (hit.known, &self.model);
+        let optics = Optics::new(k.cos_theta.sqr(), model.eta);
+        let shapes = self.blur.around(self.blur.cones(k.sin_theta, k.cos_theta));
+        let s = shapes.scales[0];
+        let near_share = model.field.near_share(hit.width_px);
         let far = (near_share < F::one()).then(|| Far {
-            section: Section { optics, sigma_a: self.sigma_a, kernel: Kernel::Logistic, scales: [s; 3] },
-            shares: Shares::new(HalfRule::fit(Kernel::Logistic, &[s]), &[optics; 4], self.sigma_a, true),
+            section: Section { optics, sigma_a: model.sigma_a, kernel: Kernel::Logistic, scales: [s; 3] },
+            shares: Shares::new(HalfRule::fit(Kernel::Logistic, &[s]), &[optics; 4], model.sigma_a, true),
         });
-        ChiangSetup {
-            hit: *hit,
-            shapes: Shapes::new(lobes, Kernel::Logistic, [s; 3]),
-            near: Near::new(&optics, self.sigma_a, k.phi, hit.h),
-            near_share,
-            far,
-        }
+        ChiangSetup { hit: *hit, shapes, near: Near::new(&optics, model.sigma_a, k.phi, hit.h), near_share, far }
     }
 }
 

@@ -33,8 +33,8 @@ use crate::dir::cos2_half_difference;
 use crate::lobe::attenuation::Optics;
 use crate::lobe::azimuthal::Kernel;
 use crate::lobe::cross_section::{Azimuthal, HalfRule, Section, Shares, lobe_shares};
-use crate::lobe::longitudinal::{Cone, Lobe, deon_widths};
-use crate::lobe::shapes::Shapes;
+use crate::lobe::longitudinal::deon_widths;
+use crate::lobe::shapes::{Blur, Shapes};
 use crate::{Dir, Field, Hit, wrap_angle};
 
 /// Which inclination the attenuation and the exit azimuth are taken at.
@@ -139,28 +139,53 @@ pub struct DeonSetup<F: Real = f32> {
     shares: Option<Shares<F>>,
 }
 
+/// [`Deon`] with everything that is the same at every shading point of a groom of equal fibers.
+#[derive(Clone, Copy, Debug)]
+pub struct DeonGroom<F: Real = f32> {
+    model: Deon<F>,
+    blur: Blur<F>,
+}
+
+impl<F: Real> Deon<F> {
+    /// Works out what no shading point changes.
+    pub fn for_groom(&self) -> DeonGroom<F> {
+        let v = deon_widths(self.beta_m).map(Real::sqr);
+        let [r, tt, trt, _] = deon_widths(self.beta_n);
+        DeonGroom { model: *self, blur: Blur::new(v, self.alpha, Kernel::Gaussian, [r, tt, trt]) }
+    }
+}
+
 impl<F: Real> Model<F> for Deon<F> {
     type Setup = DeonSetup<F>;
 
+    #[inline]
     fn prepare(&self, hit: &Hit<F>) -> DeonSetup<F> {
-        let k = hit.known;
-        let cones = Cone::deon(k.sin_theta, k.cos_theta, self.alpha);
-        let specular = match self.attenuation {
-            Attenuation::Known => [Optics::new(k.cos_theta.sqr(), self.eta); 4],
+        self.for_groom().prepare(hit)
+    }
+}
+
+impl<F: Real> Model<F> for DeonGroom<F> {
+    type Setup = DeonSetup<F>;
+
+    fn prepare(&self, hit: &Hit<F>) -> DeonSetup<F> {
+        let (k, model) = (hit.known, &self.model);
+        let cones = self.blur.cones(k.sin_theta, k.cos_theta);
+        let specular = match model.attenuation {
+            Attenuation::Known => [Optics::new(k.cos_theta.sqr(), model.eta); 4],
             Attenuation::Difference => {
                 let floor = F::of(MIN_COS2_CHOICE);
-                cones.map(|c| Optics::new(c.cos2_half_difference(k.sin_theta, k.cos_theta).max(floor), self.eta))
+                cones.map(|c| Optics::new(c.cos2_half_difference(k.sin_theta, k.cos_theta).max(floor), model.eta))
             }
         };
-        let v = deon_widths(self.beta_m).map(Real::sqr);
-        let [r, tt, trt, _] = deon_widths(self.beta_n);
-        let lobes = [0, 1, 2, 3].map(|p| Lobe::new(v[p], cones[p]));
-        let shapes = Shapes::new(lobes, Kernel::Gaussian, [r, tt, trt]);
-        let near = self.field.near_share(hit.width_px);
-        let shares = (near < F::one()).then(|| self.shares(&specular));
-        let w =
-            if near > F::zero() { lobe_shares(&specular, self.sigma_a, self.residual, hit.h) } else { [F::zero(); 4] };
-        DeonSetup { model: *self, hit: *hit, shapes, specular, near, w, shares }
+        let shapes = self.blur.around(cones);
+        let near = model.field.near_share(hit.width_px);
+        let shares = (near < F::one()).then(|| model.shares(&specular));
+        let w = if near > F::zero() {
+            lobe_shares(&specular, model.sigma_a, model.residual, hit.h)
+        } else {
+            [F::zero(); 4]
+        };
+        DeonSetup { model: *model, hit: *hit, shapes, specular, near, w, shares }
     }
 }
 

@@ -28,7 +28,7 @@ use math::{Real, Rgb};
 use super::{DIMS, Lobes, Model, R, RESIDUAL, Sample, Scatter, TRT, TT, finish};
 use crate::lobe::attenuation::Optics;
 use crate::lobe::azimuthal::{standard_normal, wrapped_gaussian};
-use crate::lobe::longitudinal::{Cone, Lobe, deon_widths};
+use crate::lobe::longitudinal::{Cone, Lobe, Tilt, deon_widths};
 use crate::wrap_angle;
 use crate::{Dir, Hit};
 
@@ -205,7 +205,7 @@ impl<F: Real> Model<F> for Fur<F> {
         energies[TRT] = energies[TT] * once * f;
         energies[RESIDUAL] = energies[TRT] * once.map(|t| echoes(f, t));
 
-        let cones = Cone::deon(k.sin_theta, k.cos_theta, self.alpha);
+        let cones = Tilt::new(self.alpha).cones(k.sin_theta, k.cos_theta);
         let (along, around) = (deon_widths(self.beta_m), deon_widths(self.beta_n));
         let plain = |p: usize| Part {
             energy: energies[p],

@@ -14,7 +14,7 @@ use std::ops::{Index, IndexMut};
 
 use math::{Real, Rgb};
 
-use crate::{Chiang, Deon, Dir, Fur, Hery, Hit, KajiyaKay, Lambertian, Marschner, Sadeghi};
+use crate::{Chiang, ChiangGroom, Deon, DeonGroom, Dir, Fur, Hery, Hit, KajiyaKay, Lambertian, Marschner, Sadeghi};
 
 /// How many uniform numbers [`Scatter::sample`] takes; a model may use fewer.
 pub const DIMS: usize = 5;
@@ -219,7 +219,52 @@ fibers! {
     Fur,
 }
 
+/// A fiber with everything that is the same at every shading point of a groom of equal fibers: prepares the same
+/// set-ups for less.
+#[derive(Clone, Copy, Debug)]
+pub enum GroomFiber<F: Real = f32> {
+    /// d'Eon et al.
+    Deon(DeonGroom<F>),
+    /// Chiang et al.
+    Chiang(ChiangGroom<F>),
+    /// Models with nothing worth keeping.
+    Other(Fiber<F>),
+}
+
+impl<F: Real> GroomFiber<F> {
+    /// [`Fiber::is_round`].
+    #[inline]
+    pub fn is_round(&self) -> bool {
+        match self {
+            Self::Deon(_) | Self::Chiang(_) => true,
+            Self::Other(fiber) => fiber.is_round(),
+        }
+    }
+}
+
+impl<F: Real> Model<F> for GroomFiber<F> {
+    type Setup = FiberSetup<F>;
+
+    #[inline]
+    fn prepare(&self, hit: &Hit<F>) -> FiberSetup<F> {
+        match self {
+            Self::Deon(groom) => FiberSetup::Deon(groom.prepare(hit)),
+            Self::Chiang(groom) => FiberSetup::Chiang(groom.prepare(hit)),
+            Self::Other(fiber) => fiber.prepare(hit),
+        }
+    }
+}
+
 impl<F: Real> Fiber<F> {
+    /// Works out what no shading point changes, for grooms whose parameters do not vary.
+    pub fn for_groom(&self) -> GroomFiber<F> {
+        match self {
+            Self::Deon(model) => GroomFiber::Deon(model.for_groom()),
+            Self::Chiang(model) => GroomFiber::Chiang(model.for_groom()),
+            other => GroomFiber::Other(*other),
+        }
+    }
+
     /// The same fiber in another precision.
     pub fn cast<G: Real>(&self) -> Fiber<G> {
         match self {

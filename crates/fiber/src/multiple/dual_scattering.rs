@@ -287,8 +287,8 @@ impl<F: Real, M: Model<F>> DualScattering<F, M> {
             // What had met no fiber yet joins what had, unshifted.
             let arriving = front.transmittance + Rgb::splat(front.direct);
             let before = front.transmittance.zip(arriving, |t, all| if all > F::zero() { t / all } else { F::one() });
-            front.shift = front.shift * before;
-            front.variance = front.variance * before;
+            front.shift *= before;
+            front.variance *= before;
             front.transmittance = arriving;
         }
         front.direct = F::zero();

@@ -65,6 +65,16 @@ impl Axes {
                 draw_series(canvas, series, index, floor, &place);
             }
         });
+        // Markers on the frame are drawn whole, those outside not at all.
+        let on = |t: Option<f64>| t.is_some_and(|t| (-1e-9..=1.0 + 1e-9).contains(&t));
+        for (index, series) in self.series.iter().enumerate() {
+            let Some(marker) = series.marker else { continue };
+            for &point in series.points.iter().filter(|p| on(x.at(p[0])) && on(y.at(p[1]))) {
+                if let Some(at) = place(point) {
+                    marker.draw(canvas, at, series.colour_at(index));
+                }
+            }
+        }
         draw_guide_labels(canvas, &self.guides, &inner, &x, &y);
         draw_frame(canvas, &inner, &x, &y, &self.x.label, &self.y.label, room.left);
     }
@@ -122,11 +132,6 @@ fn draw_series(
         canvas.line(bottom, top, &thin);
         for [x, y] in [bottom, top] {
             canvas.line([x - 3.0, y], [x + 3.0, y], &thin);
-        }
-    }
-    if let Some(marker) = series.marker {
-        for point in series.points.iter().filter_map(|&point| place(point)) {
-            marker.draw(canvas, point, colour);
         }
     }
 }

@@ -98,8 +98,8 @@ impl Polar {
         }
         let [right, left] = &self.ends;
         let word = TextStyle::new(Figure::TINY, Colour::INK);
-        canvas.text([cx + radius + 7.0, cy + 17.0], right, &word);
-        canvas.text([cx - radius - 7.0, cy + 17.0], left, &word.anchored(Anchor::End));
+        canvas.text([cx + radius + 13.0, cy + 17.0], right, &word);
+        canvas.text([cx - radius - 13.0, cy + 17.0], left, &word.anchored(Anchor::End));
         let name = TextStyle::new(Figure::SMALL, Colour::INK).anchored(Anchor::Middle);
         canvas.text([cx, frame.bottom() - 4.0], &self.label, &name);
     }

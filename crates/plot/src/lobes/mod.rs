@@ -252,7 +252,7 @@ fn histogram_part(subject: &Subject, options: &Options) -> Part {
     let histogram = Histogram::new(&subject.fiber, &subject.viewing, options.draws, options.seed);
     let draws = f64::from(options.draws.max(1));
     let [_, columns] = Histogram::COARSE;
-    let ratio = |[count, expected]: [f64; 2]| if expected >= Histogram::LEAST { count / expected } else { f64::NAN };
+    let ratio = |[count, expected]: [f64; 2]| if expected >= Histogram::SHOWN { count / expected } else { f64::NAN };
     let map = Heat {
         x: Axis::degrees("azimuth φ", -180.0, 180.0),
         y: Axis::new("sin θ_{s}").over(-1.0, 1.0),
@@ -287,7 +287,7 @@ fn histogram_part(subject: &Subject, options: &Options) -> Part {
         test.value,
         test.bins,
         if test.p < 1e-4 { "0.0001 or less".to_owned() } else { signed(test.p, 4) },
-        Histogram::LEAST,
+        Histogram::SHOWN,
     );
     let panels = vec![
         Panel::new("Sampler over its density", map),
@@ -363,24 +363,49 @@ pub fn parameters(fiber: &Fiber<f64>) -> Vec<(String, String)> {
     let Some((start, end)) = text.find('{').zip(text.rfind('}')).filter(|(start, end)| start < end) else {
         return entries;
     };
-    for field in fields(&text[start + 1..end]) {
+    list(&text[start + 1..end], "", fiber.name(), &mut entries);
+    entries
+}
+
+/// Adds the fields of a struct as it is printed; those of structs within it by `prefix`.
+fn list(text: &str, prefix: &str, model: &str, entries: &mut Vec<(String, String)>) {
+    for field in fields(text) {
         let Some((name, value)) = field.split_once(": ") else { continue };
+        let name = format!("{prefix}{name}");
+        let value = value.strip_prefix("Some(").and_then(|value| value.strip_suffix(')')).unwrap_or(value);
+        if let Some(several) = value.strip_prefix('[').and_then(|value| value.strip_suffix(']'))
+            && several.contains('{')
+        {
+            for (i, one) in fields(several).into_iter().enumerate() {
+                nested(one, &format!("{name}[{i}]."), model, entries);
+            }
+            continue;
+        }
+        if value.contains('{') {
+            nested(value, &format!("{name}."), model, entries);
+            continue;
+        }
         let value = tidy(&value.replace("Rgb([", "[").replace("])", "]"));
         let value = match value.parse::<f64>() {
-            Ok(angle) if is_angle(fiber.name(), name) => {
+            Ok(angle) if is_angle(model, &name) => {
                 format!("{} rad = {}°", value.replace('-', "−"), signed(angle.to_degrees(), 2))
             }
             _ => value.replace('-', "−"),
         };
-        entries.push((name.to_owned(), value));
+        entries.push((name, value));
     }
-    entries
+}
+
+fn nested(value: &str, prefix: &str, model: &str, entries: &mut Vec<(String, String)>) {
+    if let Some((start, end)) = value.find('{').zip(value.rfind('}')).filter(|(start, end)| start < end) {
+        list(&value[start + 1..end], prefix, model, entries);
+    }
 }
 
 /// Whether a parameter is an angle in this model; Chiang's widths are roughnesses.
 fn is_angle(model: &str, name: &str) -> bool {
-    match name {
-        "alpha" | "beta" | "tt_azimuthal_width" => true,
+    match name.rsplit('.').next().unwrap_or(name) {
+        "alpha" | "beta" | "shift" | "width" | "angle" | "tt_azimuthal_width" => true,
         "beta_m" | "beta_n" => model != "chiang",
         _ => false,
     }

@@ -444,11 +444,11 @@ impl Builder<'_, '_> {
                 scattering: self.param(
                     "medulla_scattering",
                     look.medulla_scattering.as_ref(),
-                    3.0,
+                    2.0,
                     MEDULLA_SCATTERING,
                 )?,
-                absorption: self.param("medulla_absorption", look.medulla_absorption.as_ref(), 0.1, ABSORPTION)?,
-                anisotropy: self.param("medulla_anisotropy", look.medulla_anisotropy.as_ref(), 0.2, ANISOTROPY)?,
+                absorption: self.param("medulla_absorption", look.medulla_absorption.as_ref(), 0.0, ABSORPTION)?,
+                anisotropy: self.param("medulla_anisotropy", look.medulla_anisotropy.as_ref(), 0.4, ANISOTROPY)?,
             },
         })
     }

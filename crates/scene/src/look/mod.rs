@@ -6,7 +6,7 @@ mod build;
 mod shader;
 mod varying;
 
-use fiber::Fiber;
+use fiber::{Fiber, GroomFiber};
 use groom::Attributes;
 
 use crate::error::SceneError;
@@ -37,7 +37,7 @@ pub struct StrandPoint<'g> {
 pub struct Look {
     name: String,
     shader: Shader,
-    constant: Option<Fiber>,
+    constant: Option<(Fiber, GroomFiber)>,
     attributes: Vec<String>,
 }
 
@@ -51,7 +51,7 @@ impl Look {
     #[inline]
     pub fn fiber(&self, at: &StrandPoint<'_>) -> Fiber {
         match self.constant {
-            Some(fiber) => fiber,
+            Some((fiber, _)) => fiber,
             None => self.shader.fiber(Some(at)),
         }
     }
@@ -59,7 +59,13 @@ impl Look {
     /// The fiber that this look gives everywhere; `None` when a parameter varies.
     #[inline]
     pub fn constant(&self) -> Option<Fiber> {
-        self.constant
+        self.constant.map(|(fiber, _)| fiber)
+    }
+
+    /// That fiber, ready for many shading points.
+    #[inline]
+    pub fn for_groom(&self) -> Option<&GroomFiber> {
+        self.constant.as_ref().map(|(_, groom)| groom)
     }
 
     /// The fiber without any variation: ramps at the root, no random offsets, no attributes.
@@ -83,7 +89,10 @@ pub(crate) fn resolve(
         Builder { source, look: format!("look.{name}"), attributes: Vec::new(), varies: false, warnings: Vec::new() };
     let mut shader = builder.shader(section)?;
     builder.invert_colour(&mut shader, section)?;
-    let constant = (!builder.varies).then(|| shader.fiber(None));
+    let constant = (!builder.varies).then(|| {
+        let fiber = shader.fiber(None);
+        (fiber, fiber.for_groom())
+    });
     let look = Look { name: name.to_owned(), shader, constant, attributes: builder.attributes };
     Ok((look, builder.warnings))
 }

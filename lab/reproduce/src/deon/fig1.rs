@@ -65,7 +65,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Report, Error> {
         return Err(Error::Measure("the locks are not in the picture"));
     }
     let noise = |taken: &Taken| taken.film.noise();
-    let noise_ratio = taken.iter().map(|t| noise(t) / noise(plain)).fold(0.0, f64::max);
+    let noise_ratio = taken.iter().skip(1).map(|t| noise(t) / noise(plain)).fold(0.0, f64::max);
     let time_ratio = taken.iter().filter(|t| same_paths(t.name)).map(|t| t.seconds / again.seconds).fold(0.0, f64::max);
     let rejected: u64 = taken.iter().map(|t| t.film.rejected()).sum();
     let by_noise = stage::rmse(&again.film, &plain.film);

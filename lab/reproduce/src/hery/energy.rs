@@ -149,8 +149,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Report, Error> {
     );
 
     let figure = format!(
-        "samples of the fiber return K_s to {}; the value integrates to {} of it at {worst_angle}°",
-        number(weights),
+        "samples of the fiber return K_s {}; the value integrates to {} of it at {worst_angle}°",
+        if weights == 0.0 { "exactly".to_owned() } else { format!("within {}", number(weights)) },
         number(worst_value)
     );
     let mut report = Report::new(

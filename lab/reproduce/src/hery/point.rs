@@ -26,10 +26,16 @@ pub(super) fn nodes(fiber: &Hery<f64>, theta_k: f64) -> Vec<Node> {
     let point = fiber.prepare(&Hit::new(Dir::new(theta_k, 0.0), 0.0));
     let (centre, reach) = (2.0 * fiber.lobes[0].alpha - theta_k, 16.0 * fiber.lobes[0].beta);
     let (from, to) = ((centre - reach).max(-half_pi), (centre + reach).min(half_pi));
-    let half = 0.5 * (to - from) / f64::from(PANELS);
+    let mut edges: Vec<f64> = (0..=PANELS).map(|i| from + (to - from) * f64::from(i) / f64::from(PANELS)).collect();
+    // The square of the value times the solid angle has 1/cos θ: towards a pole the integral grows with the
+    // logarithm, down to the model's floor of the cosine.
+    for step in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
+        edges.extend([step - half_pi, half_pi - step].into_iter().filter(|edge| *edge > from && *edge < to));
+    }
+    edges.sort_by(f64::total_cmp);
     let mut nodes = Vec::new();
-    for panel in 0..PANELS {
-        let middle = from + half * f64::from(2 * panel + 1);
+    for pair in edges.windows(2) {
+        let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
         for &(x, wx) in rule(16) {
             for &(y, wy) in rule(64) {
                 let dir = Dir::new(middle + half * x, std::f64::consts::PI * y);

@@ -6,7 +6,7 @@ use math::Rgb;
 use plot::lobes::measure::{Slice, Viewing, azimuth};
 
 use super::head::{self, Lighting};
-use super::matching::{ALIKE, Layers, PERFECT, Shape, marschner, marschner_look, mean_ratio, relative};
+use super::matching::{ALIKE, Layers, PERFECT, Shape, marschner, marschner_look, mean_ratio, relative, squared};
 use crate::chart::{Chart, Curve};
 use crate::raster::Raster;
 use crate::{Context, Error, Measured, Report, Table, number};
@@ -20,6 +20,10 @@ const ALPHA_DEG: f64 = -5.0;
 const LIGHTS: [(Lighting, &str); 3] = [(Lighting::Front, "front"), (Lighting::Back, "back"), (Lighting::Side, "side")];
 /// The first so many are those that the parameters are made for.
 const SEEN: usize = 2;
+/// The one from behind.
+const BACK: usize = 1;
+/// A lobe with less than this share of the squared light has no error worth telling.
+const NOTHING: f64 = 1e-4;
 
 /// One model under all lights.
 struct Model {
@@ -36,11 +40,14 @@ impl Model {
         Ok(Self { name, films: films.collect::<Result<_, _>>()? })
     }
 
-    /// The hair under the lights that parameters are made for.
-    fn layers(&self, hair: &[Vec<usize>]) -> Layers {
+    /// The hair under the lights that parameters are made for, each light scaled so that none outweighs the others.
+    fn layers(&self, hair: &[Vec<usize>], scale: &[f64]) -> Layers {
         let mut layers = Layers::default();
-        for (film, hair) in self.films.iter().zip(hair).take(SEEN) {
-            layers.extend(film, hair);
+        for ((film, hair), scale) in self.films.iter().zip(hair).zip(scale).take(SEEN) {
+            let one = Layers::of(film, hair);
+            for (all, lobe) in layers.lobes.iter_mut().zip(one.lobes) {
+                all.extend(lobe.into_iter().map(|light| light * *scale));
+            }
         }
         layers
     }
@@ -49,10 +56,16 @@ impl Model {
 /// How far a model is from the goal, by light.
 struct Off {
     error: f64,
-    /// Of the lobe TT alone; 0 for a model without it.
+    /// Of the lobe TT alone; not a number where the goal has next to none.
     tt: f64,
     relmse: f64,
     mean: Rgb<f64>,
+}
+
+/// Squared light of a part over that of the whole.
+fn share(part: &[Rgb<f64>], whole: &[Rgb<f64>]) -> f64 {
+    let dark = vec![Rgb::black(); whole.len()];
+    squared(part, &dark) / squared(whole, &dark).max(1e-30)
 }
 
 fn off(model: &Model, goal: &Model, hair: &[Vec<usize>]) -> Result<Vec<Off>, Error> {
@@ -62,7 +75,11 @@ fn off(model: &Model, goal: &Model, hair: &[Vec<usize>]) -> Result<Vec<Off>, Err
         let compared = Comparison::numbers(&film.image(), &goal.image());
         out.push(Off {
             error: relative(&test.sum(), &want.sum()),
-            tt: relative(&test.lobes[TT], &want.lobes[TT]),
+            tt: if share(&want.lobes[TT], &want.sum()) < NOTHING {
+                f64::NAN
+            } else {
+                relative(&test.lobes[TT], &want.lobes[TT])
+            },
             relmse: compared.map_err(|error| Error::Picture(error.to_string()))?.relmse_trimmed,
             mean: mean_ratio(&test.sum(), &want.sum()),
         });
@@ -73,21 +90,31 @@ fn off(model: &Model, goal: &Model, hair: &[Vec<usize>]) -> Result<Vec<Off>, Err
 pub(super) fn run(context: &Context<'_>) -> Result<Report, Error> {
     let goal = Model::new(context, "Marschner", &marschner_look(SIGMA_A, BETA_DEG, ALPHA_DEG), LIGHTS.len())?;
     let hair = goal.films.iter().map(head::hair).collect::<Result<Vec<_>, _>>()?;
-    let want = goal.layers(&hair);
+    let scale: Vec<f64> = goal
+        .films
+        .iter()
+        .zip(&hair)
+        .map(|(film, hair)| {
+            let light = Layers::of(film, hair).sum();
+            let dark = vec![Rgb::black(); light.len()];
+            squared(&light, &dark).sqrt().max(1e-30).recip()
+        })
+        .collect();
+    let want = goal.layers(&hair, &scale);
     let fiber = marschner(SIGMA_A, BETA_DEG, ALPHA_DEG);
     let shape = Shape::of(&fiber);
 
     let white = Model::new(context, "white lobes", &shape.sadeghi_look([Rgb::white(); 3]), SEEN)?;
-    let strengths = white.layers(&hair).sadeghi_strengths(&want);
+    let strengths = white.layers(&hair, &scale).sadeghi_strengths(&want);
     let sadeghi = Model::new(context, "artist-friendly", &shape.sadeghi_look(strengths), LIGHTS.len())?;
     let white = Model::new(context, "white parts", &shape.kajiya_look([Rgb::white(); 3]), SEEN)?;
-    let parts = white.layers(&hair).kajiya_strengths(&want);
+    let parts = white.layers(&hair, &scale).kajiya_strengths(&want);
     let kajiya = Model::new(context, "Kajiya-Kay", &shape.kajiya_look(parts), LIGHTS.len())?;
     let (of_sadeghi, of_kajiya) = (off(&sadeghi, &goal, &hair)?, off(&kajiya, &goal, &hair)?);
 
     let seen = |of: &[Off]| of.iter().take(SEEN).map(|off| off.error).fold(0.0, f64::max);
     let unseen = |of: &[Off]| of.iter().skip(SEEN).map(|off| off.error).fold(0.0, f64::max);
-    let tt = of_sadeghi.get(1).map_or(f64::NAN, |off| off.tt);
+    let tt = of_sadeghi.get(BACK).map_or(f64::NAN, |off| off.tt);
     let measured = vec![
         Measured::new(
             "artist-friendly model, lit from in front and behind: largest error",
@@ -130,7 +157,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Report, Error> {
              its figures 31 and 46. Its hair is a scanned model, ours curls from our groomer. Light scatters once."
         ),
         "Parameters are found as in `hunz-fig32`, for two pictures at once: one light in front, and a dim one in front \
-         with a strong one behind, as in its figure 31. The third row is another view with a light from the side, for \
+         with a strong one behind, as in its figure 31; each counts alike. The third row is another view with a light from the side, for \
          which nothing was tuned: a model that only fits pictures fails there, one that scatters light alike does not."
             .into(),
         format!(
@@ -148,7 +175,11 @@ pub(super) fn run(context: &Context<'_>) -> Result<Report, Error> {
     for (i, (_, place)) in LIGHTS.iter().enumerate() {
         for (model, of) in [(&sadeghi, &of_sadeghi), (&kajiya, &of_kajiya)] {
             let Some(off) = of.get(i) else { continue };
-            let tt = if model.name == kajiya.name { "-".to_owned() } else { format!("{} %", number(100.0 * off.tt)) };
+            let tt = if model.name == kajiya.name || off.tt.is_nan() {
+                "-".to_owned()
+            } else {
+                format!("{} %", number(100.0 * off.tt))
+            };
             table.row([
                 (*place).to_owned(),
                 model.name.to_owned(),
