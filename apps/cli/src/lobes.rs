@@ -45,7 +45,7 @@ struct SubjectArgs {
     #[arg(long, value_enum)]
     model: Option<ModelKind>,
     /// A parameter of --model, such as beta_m=0.2 or sigma_a=[0.1,0.3,0.8]; may be repeated
-    #[arg(long = "set", value_name = "NAME=VALUE", requires = "model")]
+    #[arg(long = "set", value_name = "NAME=VALUE", requires = "model", conflicts_with = "look")]
     set: Vec<String>,
     /// Inclination of the known direction, degrees
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
@@ -57,10 +57,10 @@ struct SubjectArgs {
     #[arg(long)]
     cone: bool,
     /// Directions drawn for the histogram
-    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
+    #[arg(long, default_value_t = 1_000_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
     samples: u32,
     /// Changes the directions drawn and nothing else
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u32,
 }
 
@@ -70,7 +70,7 @@ struct OutputArgs {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Width of a PNG, pixels; twice the figure's own if left out
-    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(100..=16_384))]
+    #[arg(long, value_name = "PX", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(100..=16_384))]
     width: Option<u32>,
 }
 

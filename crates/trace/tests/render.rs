@@ -436,6 +436,22 @@ fn auto_is_the_far_field_from_afar_and_the_near_field_close_by() {
     }
 }
 
+/// A look that is the same everywhere is set up once for its groom, one that varies at every point.
+#[test]
+fn a_parameter_that_varies_by_nothing_changes_nothing() {
+    let assets = bundle(1.2);
+    for look in TWO_FIELDS {
+        for field in ["near", "far", "auto"] {
+            let text = format!("{BUNDLE}{look}field = \"{field}\"\n");
+            let constant = render(&tracer(&assets, &text, &[]), &[4]);
+            let set = ["look.main.ior.ramp=[[0.0, 1.55], [1.0, 1.55]]"];
+            assert!(load(&assets, &text, &set).looks[0].constant().is_none(), "it does not vary");
+            let varying = render(&tracer(&assets, &text, &set), &[4]);
+            assert!(brightness(&constant) > 0.0 && varying == constant, "{look:?}, {field}");
+        }
+    }
+}
+
 #[test]
 fn an_elliptical_fiber_shows_its_shape_in_trt_alone() {
     let mut assets = Memory::default();

@@ -386,6 +386,8 @@ fn list(text: &str, prefix: &str, model: &str, entries: &mut Vec<(String, String
             continue;
         }
         let value = tidy(&value.replace("Rgb([", "[").replace("])", "]"));
+        // The precision of the numbers cuts this word, too.
+        let value = if value == "fals" { "false".to_owned() } else { value };
         let value = match value.parse::<f64>() {
             Ok(angle) if is_angle(model, &name) => {
                 format!("{} rad = {}°", value.replace('-', "−"), signed(angle.to_degrees(), 2))
