@@ -199,7 +199,7 @@ mod tests {
         let text = text(&outcome(1.0), &run());
         for part in [
             "**Verdict: holds.**",
-            "| ratio \\| of two | 1.00 % | 0 to 2.00 % | yes | yes |",
+            "| ratio \\| of two | 1 % | 0 to 2 % | yes | yes |",
             "![Two  hairs ](hery-energy-strip.png)",
             "| 1\\|2 | 3 |",
             "cuticle reproduce hery-energy --quality 0.5 --seed 7 -o FOLDER",
