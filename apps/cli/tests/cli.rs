@@ -4,19 +4,20 @@
 //! the folder as it was: no new file, no temporary one, old pictures intact. On Linux refusals run with little
 //! memory, so that a header which lies about a size cannot have it believed.
 
-use std::collections::BTreeMap;
+mod desk;
+
 use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::fs;
-use std::io::{Seek as _, Write as _};
-use std::path::{Path, PathBuf};
+use std::io::Write as _;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use desk::{Answer, Desk, Refusals, frugal};
 use film::Image;
 use math::Rgb;
 use serde_json::Value;
-use tempfile::TempDir;
 
 /// Two thick hairs on a ball, lit from everywhere. Tests count its lines.
 const SCENE: &str = r#"[film]
@@ -42,7 +43,6 @@ albedo = 0.8
 "#;
 
 /// Commands and what they must say, split at blanks; `render` writes to `o.exr` unless told otherwise.
-type Refusals<'a> = &'a [(&'a str, &'a [&'a str])];
 
 /// What stands in `o.exr` and `o.png` before a command that must not touch them.
 const OLD: &[u8] = b"an older picture";
@@ -51,7 +51,7 @@ const OLD: &[u8] = b"an older picture";
 
 #[test]
 fn render_writes_layers_and_picture() {
-    let desk = Desk::new();
+    let desk = desk();
     let answer = desk.good("render tiny.toml -o new.exr");
     assert!(answer.err.contains("2 strands, 16 x 16 pixels"), "{}", answer.err);
     assert!(answer.err.contains("new.exr") && answer.err.contains("new.png"), "{}", answer.err);
@@ -68,7 +68,7 @@ fn the_name_says_what_is_written() {
     let cases: &[(&str, &[&str])] =
         &[("a.png", &["a.png"]), ("a.PNG", &["a.PNG"]), ("a", &["a.exr", "a.png"]), ("a.EXR", &["a.EXR", "a.png"])];
     for (name, files) in cases {
-        let desk = Desk::new();
+        let desk = desk();
         desk.good(&format!("render tiny.toml -o {name}"));
         let written: Vec<String> = desk.names().into_iter().filter(|file| file.starts_with('a')).collect();
         assert_eq!(written, *files, "-o {name}");
@@ -77,7 +77,7 @@ fn the_name_says_what_is_written() {
 
 #[test]
 fn old_pictures_are_replaced_and_quiet_is_quiet() {
-    let desk = Desk::new();
+    let desk = desk();
     let answer = desk.good("render tiny.toml -o o.exr --quiet");
     assert_eq!((answer.out.as_str(), answer.err.as_str()), ("", ""));
     assert_eq!((desk.image("o.exr").width, desk.image("o.png").width), (16, 16));
@@ -85,7 +85,7 @@ fn old_pictures_are_replaced_and_quiet_is_quiet() {
 
 #[test]
 fn flags_override_the_scene_and_set_overrides_flags() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.good("render tiny.toml -o a.png --size 8x4");
     desk.good("render tiny.toml -o b.png --size 8x8 --set film.width=4 --set groom.0.procedural.strands=1");
     assert_eq!((desk.image("a.png").width, desk.image("a.png").height), (8, 4));
@@ -101,7 +101,7 @@ fn flags_override_the_scene_and_set_overrides_flags() {
 /// Threads and instruction sets change how long a picture takes, never the picture.
 #[test]
 fn the_picture_is_the_same_however_it_is_computed() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.good("render tiny.toml -o one.exr --threads 1");
     for how in ["--threads 2", "--threads 3 --simd auto"] {
         desk.good(&format!("render tiny.toml -o other.exr {how}"));
@@ -114,7 +114,7 @@ fn the_picture_is_the_same_however_it_is_computed() {
 
 #[test]
 fn a_time_limit_ends_a_render() {
-    let desk = Desk::new();
+    let desk = desk();
     let begin = Instant::now();
     let answer = desk.good("render tiny.toml -o a.png --time 1s");
     // A second of samples, set-up and writing; far more than that on a machine that does other things too.
@@ -126,7 +126,7 @@ fn a_time_limit_ends_a_render() {
 
 #[test]
 fn a_groom_alone_is_rendered() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("two.hair", Hair::default().bytes());
     let answer = desk.good("render --groom two.hair --size 16x16 --samples 1 -o a.exr");
     assert!(answer.err.contains("2 strands"), "{}", answer.err);
@@ -139,7 +139,7 @@ fn a_groom_alone_is_rendered() {
 
 #[test]
 fn scene_files_may_come_from_other_systems() {
-    let desk = Desk::new();
+    let desk = desk();
     let (bom, crlf) = (format!("\u{feff}{SCENE}"), SCENE.replace('\n', "\r\n"));
     for text in [&bom, &crlf] {
         desk.write("other.toml", text);
@@ -152,7 +152,7 @@ fn scene_files_may_come_from_other_systems() {
 
 #[test]
 fn info_counts_what_is_there() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("two.hair", Hair::default().bytes());
     let answer = desk.good("info two.hair");
     for row in ["strands 2", "points 4", "zero-length segments 0", "degenerate strands 0"] {
@@ -172,7 +172,7 @@ fn info_counts_what_is_there() {
 
 #[test]
 fn odd_strands_are_left_out_counted_and_the_rest_is_rendered() {
-    let desk = Desk::new();
+    let desk = desk();
     let [a, b, c, d] = POINTS;
     let render = |file: &str| desk.good(&format!("render --groom {file} --size 8x8 --samples 1 -o a.png")).err;
     desk.write("flat.hair", Hair { body: floats(&[a, a, c, d].concat()), ..Hair::default() }.bytes());
@@ -190,7 +190,7 @@ fn odd_strands_are_left_out_counted_and_the_rest_is_rendered() {
 
 #[test]
 fn the_schema_is_json_and_knows_the_sections() {
-    let schema: Value = serde_json::from_str(&Desk::new().good("schema").out).unwrap();
+    let schema: Value = serde_json::from_str(&desk().good("schema").out).unwrap();
     for section in ["scene", "camera", "film", "render", "light", "mesh", "groom", "look"] {
         assert!(schema["properties"][section].is_object(), "{section}");
     }
@@ -207,7 +207,7 @@ fn fiber_eval_knows_the_lambertian_fiber_in_closed_form() {
             r#"{{"params":{{"kd":[0.9,0.5,0.1]}},"theta_k":0.4,"theta_s":{theta_s},"phi":{phi},"h":0.3}}"#
         );
     }
-    let answers = Desk::new().eval("lambertian", &lines);
+    let answers = eval(&desk(), "lambertian", &lines);
     assert_eq!(answers.len(), directions.len());
     for ((theta_s, phi), answer) in directions.into_iter().zip(answers) {
         let x = (phi - 2.0 * PI * (phi / (2.0 * PI)).round()).abs();
@@ -242,7 +242,7 @@ fn fiber_eval_passes_the_furnace_with_chiang() {
             areas.push(cell * theta_s.cos());
         }
     }
-    let answers = Desk::new().eval("chiang", &lines);
+    let answers = eval(&desk(), "chiang", &lines);
     assert_eq!(answers.len(), areas.len());
     for key in ["fcos", "pdf"] {
         let value = |answer: &Value| if key == "fcos" { answer[key][1].as_f64() } else { answer[key].as_f64() };
@@ -254,7 +254,7 @@ fn fiber_eval_passes_the_furnace_with_chiang() {
 
 #[test]
 fn equal_pictures_are_equal_and_others_are_not() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.good("render tiny.toml -o a.exr");
     desk.good("render tiny.toml -o b.exr --seed 1");
     let answer = desk.good("compare a.exr a.exr -o difference.png --max-relmse 0");
@@ -272,7 +272,7 @@ fn equal_pictures_are_equal_and_others_are_not() {
 
 #[test]
 fn help_lists_what_there_is() {
-    let desk = Desk::new();
+    let desk = desk();
     let subcommands = ["render", "info", "schema", "fiber", "compare"];
     let help = desk.good("--help").out;
     for subcommand in subcommands {
@@ -312,7 +312,7 @@ fn help_lists_what_there_is() {
 
 #[test]
 fn wrong_commands_and_values_of_flags_are_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("two.hair", Hair::default().bytes());
     desk.refuse(&[
         ("frobnicate", &["frobnicate", "Usage"]),
@@ -367,7 +367,7 @@ fn wrong_commands_and_values_of_flags_are_refused() {
 
 #[test]
 fn overrides_that_lead_nowhere_are_refused() {
-    Desk::new().refuse(&[
+    desk().refuse(&[
         ("render tiny.toml --set film.width", &["`--set film.width`", "`path=value`"]),
         ("render tiny.toml --set =", &["`--set =`", "needs a path"]),
         ("render tiny.toml --set film.width=", &["`--set film.width=`", "a value after it"]),
@@ -388,7 +388,7 @@ fn overrides_that_lead_nowhere_are_refused() {
 
 #[test]
 fn outputs_that_cannot_be_written_are_refused_before_rendering() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("file", "not a folder");
     fs::create_dir(desk.path("taken.exr")).unwrap();
     fs::create_dir(desk.path("half.png")).unwrap();
@@ -407,7 +407,7 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
 
 #[test]
 fn wrong_scenes_are_refused_with_their_place() {
-    let desk = Desk::new();
+    let desk = desk();
     let cases: &[(&str, &str, &[&str])] = &[
         ("width = 16", "widht = 16", &["line 2, column 1", "`film.widht`", "did you mean `width`"]),
         ("[render]", "[rendr]", &["line 5, column 2", "`rendr`", "did you mean `render`"]),
@@ -447,7 +447,7 @@ fn wrong_scenes_are_refused_with_their_place() {
 
 #[test]
 fn files_that_are_no_scenes_are_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("empty.toml", "");
     desk.write("nothing.toml", "[film]\nwidth = 16\n");
     desk.write("bytes.toml", (0..=255).collect::<Vec<u8>>());
@@ -471,7 +471,7 @@ fn files_that_are_no_scenes_are_refused() {
 
 #[test]
 fn damaged_grooms_are_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     let [a, b, c, d] = POINTS;
     let nan = f32::NAN;
     let widths = |widths: [f32; 4]| [floats(&POINTS.concat()), floats(&widths)].concat();
@@ -564,7 +564,7 @@ fn damaged_grooms_are_refused() {
 
 #[test]
 fn damaged_meshes_are_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
                element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -593,7 +593,7 @@ fn damaged_meshes_are_refused() {
 
 #[test]
 fn environments_that_are_no_light_are_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     for (name, odd) in [("nan.exr", f32::NAN), ("minus.exr", -1.0), ("inf.exr", f32::INFINITY)] {
         let pixels = vec![Rgb::white(), Rgb::white(), Rgb::new(1.0, odd, 1.0), Rgb::white()];
         film::write_image_exr(desk.path(name), &Image::new(2, 2, pixels, None).unwrap()).unwrap();
@@ -628,7 +628,7 @@ fn environments_that_are_no_light_are_refused() {
 
 #[test]
 fn fiber_eval_names_the_line_and_keeps_what_was_answered() {
-    let desk = Desk::new();
+    let desk = desk();
     let good = r#"{"theta_k":0.1,"theta_s":0.2,"phi":1.0,"h":0.3}"#;
     let cases: &[(&str, String, &[&str])] = &[
         ("lambertian", good.replace("phi", "phy"), &["`phy`", "`phi`"]),
@@ -657,7 +657,7 @@ fn fiber_eval_names_the_line_and_keeps_what_was_answered() {
 
 #[test]
 fn pictures_that_cannot_be_compared_are_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     let image = |width, pixels| Image::new(width, 1, pixels, None).unwrap();
     film::write_image_exr(desk.path("a.exr"), &image(2, vec![Rgb::white(); 2])).unwrap();
     film::write_image_exr(desk.path("wide.exr"), &image(3, vec![Rgb::white(); 3])).unwrap();
@@ -682,7 +682,7 @@ fn an_interrupt_writes_what_is_there() {
     use std::io::{BufRead as _, BufReader};
     use std::sync::mpsc::{self, RecvTimeoutError};
 
-    let desk = Desk::new();
+    let desk = desk();
     let mut child = desk
         .command()
         .args(["render", "tiny.toml", "--size", "64x64", "--samples", "1048576", "-o", "o.exr"])
@@ -735,7 +735,7 @@ fn an_interrupt_writes_what_is_there() {
 #[test]
 fn paths_need_not_be_utf8() {
     use std::os::unix::ffi::OsStrExt as _;
-    let desk = Desk::new();
+    let desk = desk();
     let [scene, groom, output] =
         [&b"sc\xe8ne.toml"[..], b"m\xe8che.hair", b"im\xe8ge.exr"].map(|bytes| Path::new(OsStr::from_bytes(bytes)));
     fs::write(desk.path("").join(scene), SCENE).unwrap();
@@ -762,7 +762,7 @@ fn paths_need_not_be_utf8() {
 /// A picture that could not be written was once rendered all the same, and then lost.
 #[test]
 fn names_that_no_file_can_have_are_refused_before_rendering() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("file.exr", OLD);
     for name in ["new.exr/".to_owned(), "file.exr/".to_owned(), "x".repeat(300) + ".exr", ".exr".to_owned()] {
         let args = ["render", "tiny.toml", "-o", &name];
@@ -774,7 +774,7 @@ fn names_that_no_file_can_have_are_refused_before_rendering() {
 /// The difference was once written under any name, that of a compared picture included.
 #[test]
 fn compare_writes_png_and_never_over_what_it_compares() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.good("render tiny.toml -o a.exr");
     desk.refuse(&[
         ("compare a.exr a.exr -o d.jpg", &["d.jpg", ".png"]),
@@ -787,7 +787,7 @@ fn compare_writes_png_and_never_over_what_it_compares() {
 /// Every comparison with NaN is false, so that this limit once passed all pictures.
 #[test]
 fn limits_of_a_comparison_are_numbers() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.good("render tiny.toml -o a.exr");
     desk.refuse(&[
         ("compare a.exr a.exr --max-relmse nan", &["--max-relmse", "NaN"]),
@@ -799,7 +799,7 @@ fn limits_of_a_comparison_are_numbers() {
 /// An EXR of a few hundred bytes once had its word taken for gigabytes of pixels.
 #[test]
 fn a_lying_exr_costs_no_memory() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("lie.exr", bare_exr(16_384, 8_192));
     desk.write("sky.toml", SCENE.replace("radiance = 0.5", "file = \"lie.exr\""));
     desk.refuse(&[("render sky.toml", &["lie.exr"]), ("compare lie.exr lie.exr", &["lie.exr"])]);
@@ -809,7 +809,7 @@ fn a_lying_exr_costs_no_memory() {
 #[cfg(target_os = "linux")]
 #[test]
 fn endless_files_are_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("two.hair", Hair::default().bytes());
     // Kept apart from what the desk watches: reading it would take forever too.
     let apart = tempfile::tempdir().unwrap();
@@ -830,7 +830,7 @@ fn endless_files_are_refused() {
 /// A groom alone has a scene made for it; complaints once gave lines of that text, which nobody has seen.
 #[test]
 fn complaints_about_a_groom_alone_speak_of_what_was_given() {
-    let desk = Desk::new();
+    let desk = desk();
     let [a, _, c, d] = POINTS;
     desk.write("two.hair", Hair::default().bytes());
     desk.write("flat.hair", Hair { body: floats(&[0.0; 12]), ..Hair::default() }.bytes());
@@ -857,7 +857,7 @@ fn complaints_about_a_groom_alone_speak_of_what_was_given() {
 /// Whoever writes scenes need not know Rust.
 #[test]
 fn wrong_types_are_named_in_words() {
-    let desk = Desk::new();
+    let desk = desk();
     for set in [
         "film.width=wide",
         "film.width=-1",
@@ -882,7 +882,7 @@ fn wrong_types_are_named_in_words() {
 /// A number below zero was once taken for a flag.
 #[test]
 fn numbers_below_zero_are_refused_as_numbers() {
-    let desk = Desk::new();
+    let desk = desk();
     for (flag, value) in
         [("--samples", "-1"), ("--seed", "-1"), ("--threads", "-1"), ("--time", "-1"), ("--size", "-1x5")]
     {
@@ -894,183 +894,21 @@ fn numbers_below_zero_are_refused_as_numbers() {
 
 // --- the desk ---------------------------------------------------------------------------------------------------
 
-/// A folder of its own with [`SCENE`] as `tiny.toml` and old pictures; commands run in it.
-struct Desk {
-    folder: TempDir,
-}
-
-impl Desk {
-    fn new() -> Self {
-        let desk = Self { folder: tempfile::tempdir().unwrap() };
-        desk.write("tiny.toml", SCENE);
-        desk.write("o.exr", OLD);
-        desk.write("o.png", OLD);
-        desk
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
-        fs::write(self.path(name), content).unwrap();
-    }
-
-    fn image(&self, name: &str) -> Image {
-        film::image::read(self.path(name)).unwrap_or_else(|error| panic!("{error}"))
-    }
-
-    /// Everything in the folder with its content; folders have none.
-    fn files(&self) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
-        fn walk(folder: &Path, into: &mut BTreeMap<PathBuf, Option<Vec<u8>>>) {
-            for entry in fs::read_dir(folder).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    walk(&path, into);
-                    into.insert(path, None);
-                } else {
-                    let content = fs::read(&path).unwrap();
-                    into.insert(path, Some(content));
-                }
-            }
-        }
-        let mut files = BTreeMap::new();
-        walk(self.folder.path(), &mut files);
-        files
-    }
-
-    /// Names in the folder, sorted.
-    fn names(&self) -> Vec<String> {
-        self.files().keys().map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect()
-    }
-
-    fn command(&self) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_cuticle"));
-        command.current_dir(self.folder.path()).stdin(Stdio::null());
-        command
-    }
-
-    fn run<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Answer {
-        Answer::of(self.command().args(args))
-    }
-
-    fn feed<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>, input: &[u8]) -> Answer {
-        // A file, not a pipe: nobody has to write and to read at once.
-        let mut file = tempfile::tempfile().unwrap();
-        file.write_all(input).unwrap();
-        file.rewind().unwrap();
-        Answer::of(self.command().args(args).stdin(file))
-    }
-
-    /// Runs what must succeed; arguments are split at blanks.
-    fn good(&self, line: &str) -> Answer {
-        let answer = self.run(line.split_whitespace());
-        assert_eq!(answer.code, Some(0), "cuticle {line}\n{}", answer.err);
-        assert!(!answer.err.contains("panicked"), "cuticle {line}\n{}", answer.err);
-        answer
-    }
-
-    /// The answers of `fiber eval`.
-    fn eval(&self, model: &str, lines: &str) -> Vec<Value> {
-        let answer = self.feed(["fiber", "eval", "--model", model], lines.as_bytes());
-        assert_eq!((answer.code, answer.err.as_str()), (Some(0), ""));
-        answer.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-    }
-
-    /// Runs what must be refused, and reports all that were not refused as they should be.
-    fn refuse(&self, cases: Refusals<'_>) {
-        let mut report = String::new();
-        for (line, says) in cases {
-            let args: Vec<&str> = line.split_whitespace().collect();
-            report += &self.refusal(&args, says);
-        }
-        assert!(report.is_empty(), "{report}");
-    }
-
-    fn refuse_args(&self, args: &[&str], says: &[&str]) {
-        let report = self.refusal(args, says);
-        assert!(report.is_empty(), "{report}");
-    }
-
-    /// What is wrong with how `args` were refused; empty if nothing is.
-    fn refusal(&self, args: &[&str], says: &[&str]) -> String {
-        let mut args = args.to_vec();
+/// A desk with [`SCENE`] as `tiny.toml` and old pictures.
+fn desk() -> Desk {
+    let complete = |args: &mut Vec<&str>| {
         if args.first() == Some(&"render") && !args.iter().any(|arg| ["-o", "--output"].contains(arg)) {
             args.extend(["-o", "o.exr"]);
         }
-        let before = self.files();
-        let answer = Answer::of(frugal(&self.command()).args(&args));
-        let mut complaints = answer.complaints(says);
-        let after = self.files();
-        for path in before.keys().chain(after.keys()) {
-            if before.get(path) != after.get(path) {
-                complaints.push(format!("{} was touched", path.display()));
-            }
-        }
-        if complaints.is_empty() {
-            return String::new();
-        }
-        format!("cuticle {}\n  {}\n{}\n", args.join(" "), complaints.join("\n  "), answer.err)
-    }
-}
-
-/// The same command with a gigabyte of address space, where the system can be told so: what is refused needs a few
-/// megabytes, and a header that is believed needs more than this.
-fn frugal(command: &Command) -> Command {
-    let program = command.get_program();
-    let mut frugal = if cfg!(target_os = "linux") {
-        let mut shell = Command::new("sh");
-        shell.args(["-c", "ulimit -v 1048576; exec \"$0\" \"$@\""]).arg(program);
-        shell
-    } else {
-        Command::new(program)
     };
-    if let Some(folder) = command.get_current_dir() {
-        frugal.current_dir(folder);
-    }
-    frugal.stdin(Stdio::null());
-    frugal
+    Desk::new(&[], complete, &[("tiny.toml", SCENE.as_bytes()), ("o.exr", OLD), ("o.png", OLD)])
 }
 
-/// What a command said, and how it ended.
-struct Answer {
-    code: Option<i32>,
-    out: String,
-    err: String,
-}
-
-impl Answer {
-    fn of(command: &mut Command) -> Self {
-        let output = command.output().unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-        Self { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
-    }
-
-    /// Whether a line of the output has exactly these words.
-    fn has_row(&self, row: &str) -> bool {
-        self.out.lines().any(|line| line.split_whitespace().eq(row.split_whitespace()))
-    }
-
-    #[track_caller]
-    fn assert_refused(&self, says: &[&str]) {
-        let complaints = self.complaints(says);
-        assert!(complaints.is_empty(), "{complaints:#?}\n{}", self.err);
-    }
-
-    /// What keeps this from being a decent refusal that says all of `says`.
-    fn complaints(&self, says: &[&str]) -> Vec<String> {
-        let mut complaints = Vec::new();
-        // 101 is a panic, nothing is a signal: both are defects, whatever was said.
-        if !matches!(self.code, Some(1 | 2)) {
-            complaints.push(format!("exit code {:?}, not 1 or 2", self.code));
-        }
-        if self.err.contains("panicked") {
-            complaints.push("it panicked".to_owned());
-        }
-        complaints
-            .extend(says.iter().filter(|what| !self.err.contains(**what)).map(|what| format!("does not say {what}")));
-        complaints
-    }
+/// The answers of `fiber eval`.
+fn eval(desk: &Desk, model: &str, lines: &str) -> Vec<Value> {
+    let answer = desk.feed(["fiber", "eval", "--model", model], lines.as_bytes());
+    assert_eq!((answer.code, answer.err.as_str()), (Some(0), ""));
+    answer.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
 // --- files to read ----------------------------------------------------------------------------------------------

@@ -3,14 +3,11 @@
 //! Every refusal must end with exit code 1 or 2, say what was found and what would have been right, and leave the
 //! folder as it was: no new file, no half of one, old figures intact.
 
-use std::collections::BTreeMap;
-use std::ffi::OsStr;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+mod desk;
 
-use film::Image;
-use tempfile::TempDir;
+use std::fs;
+
+use desk::Desk;
 
 /// Three looks. The groom is not there: for a look nobody has to read it.
 const LOOKS: &str = r#"[[groom]]
@@ -51,12 +48,12 @@ const KINDS: [(&str, &[&str]); 5] = [
 
 #[test]
 fn every_kind_is_drawn_with_its_axes() {
-    let desk = Desk::new();
+    let desk = desk();
     for (kind, labels) in KINDS {
         desk.good(&format!(
             "plot --model lambertian --set kd=0.5 --kind {kind} --theta-i 30 --samples 2000 -o {kind}.svg"
         ));
-        let drawn = desk.drawn(&format!("{kind}.svg"));
+        let drawn = drawn(&desk, &format!("{kind}.svg"));
         drawn.says(labels);
         drawn.says(&["lambertian", "known inclination θk = 30°", "mean over the offset h"]);
         for (other, others) in KINDS.iter().filter(|(other, _)| *other != kind) {
@@ -68,10 +65,10 @@ fn every_kind_is_drawn_with_its_axes() {
 
 #[test]
 fn kinds_can_be_put_together() {
-    let desk = Desk::new();
+    let desk = desk();
     let plot = "plot --model lambertian --samples 2000";
     desk.good(&format!("{plot} --kind all -o all.svg"));
-    let all = desk.drawn("all.svg");
+    let all = drawn(&desk, "all.svg");
     for (_, labels) in KINDS {
         all.says(labels);
     }
@@ -88,9 +85,9 @@ fn kinds_can_be_put_together() {
 
 #[test]
 fn a_png_is_the_same_figure_in_pixels() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.good("plot --model lambertian --kind longitudinal -o a.svg");
-    let [width, height] = desk.drawn("a.svg").size;
+    let [width, height] = drawn(&desk, "a.svg").size;
     for (flags, name, columns) in [
         // Twice the figure's own, so that text is sharp.
         ("", "a.png", 2.0 * width),
@@ -111,10 +108,10 @@ fn a_png_is_the_same_figure_in_pixels() {
 
 #[test]
 fn looks_are_found_by_name_and_the_only_one_without() {
-    let desk = Desk::new();
+    let desk = desk();
     for (look, model) in [("half", "lambertian"), ("glinting", "marschner"), ("two", "hery")] {
         desk.good(&format!("plot --look looks.toml:{look} --kind longitudinal -o {look}.svg"));
-        desk.drawn(&format!("{look}.svg")).says(&[look, &format!("model {model}")]);
+        drawn(&desk, &format!("{look}.svg")).says(&[look, &format!("model {model}")]);
     }
     desk.write("one.toml", "[look.alone]\nmodel = \"lambertian\"\nalbedo = 0.5\n");
     desk.good("plot --look one.toml --kind longitudinal -o alone.svg");
@@ -134,7 +131,7 @@ fn looks_are_found_by_name_and_the_only_one_without() {
 
 #[test]
 fn every_model_is_drawn_with_its_parameters() {
-    let desk = Desk::new();
+    let desk = desk();
     for (model, set) in [
         ("deon", "--set sigma_a=[0.1,0.3,0.8] --set beta_M=0.2"),
         ("chiang", "--set beta_m=0.2"),
@@ -148,17 +145,17 @@ fn every_model_is_drawn_with_its_parameters() {
         let plot = format!("plot --model {model} --kind longitudinal --h 0.4");
         desk.good(&format!("{plot} -o usual.svg"));
         desk.good(&format!("{plot} {set} -o set.svg"));
-        desk.drawn("set.svg").says(&[&format!("model {model}"), "sampled inclination θs", "offset h = 0.4"]);
+        drawn(&desk, "set.svg").says(&[&format!("model {model}"), "sampled inclination θs", "offset h = 0.4"]);
         assert_ne!(desk.read("set.svg"), desk.read("usual.svg"), "{model} does not mind {set}");
     }
 }
 
 #[test]
 fn the_view_and_the_seed_change_what_they_say() {
-    let desk = Desk::new();
+    let desk = desk();
     let plot = |flags: &str| {
         desk.good(&format!("plot --model chiang --samples 2000 {flags} -o a.svg"));
-        desk.drawn("a.svg")
+        drawn(&desk, "a.svg")
     };
     plot("--h 0.5 --theta-i -30").says(&["known inclination θk = −30°", "offset h = 0.5", "∫ f cos θs dθs / rad−1"]);
     plot("--h -0.5 --theta-i 12.5 --cone").says(&["θk = 12.5°", "offset h = −0.5", "on the specular cone", "f / sr−1"]);
@@ -173,9 +170,9 @@ fn the_view_and_the_seed_change_what_they_say() {
 
 #[test]
 fn a_sheet_has_parameters_and_all_plots() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.good("sheet --look looks.toml:glinting --theta-i 20 --samples 2000 -o a.svg");
-    let sheet = desk.drawn("a.svg");
+    let sheet = drawn(&desk, "a.svg");
     // The sheet leaves out the marginal over the inclination, which its longitudinal plot shows.
     for (_, labels) in KINDS {
         sheet.says(labels);
@@ -186,7 +183,7 @@ fn a_sheet_has_parameters_and_all_plots() {
         assert!(sheet.has_entry(name, value), "{name} is not {value} in\n{}", sheet.text);
     }
     desk.good("sheet --look looks.toml:two --samples 2000 -o b.svg");
-    let sheet = desk.drawn("b.svg");
+    let sheet = drawn(&desk, "b.svg");
     for (name, value) in [("mode", "Truncated"), ("cos_theta_d", "false")] {
         assert!(sheet.has_entry(name, value), "{name} is not {value} in\n{}", sheet.text);
     }
@@ -198,20 +195,20 @@ fn a_sheet_has_parameters_and_all_plots() {
 
 #[test]
 fn old_figures_are_replaced_and_nothing_is_said() {
-    let desk = Desk::new();
+    let desk = desk();
     let before = desk.names();
     for output in ["o.svg", "o.png"] {
         let answer = desk.good(&format!("plot --look looks.toml:half -o {output}"));
         assert_eq!((answer.out.as_str(), answer.err.as_str()), ("", ""));
     }
-    desk.drawn("o.svg").says(&["half"]);
+    drawn(&desk, "o.svg").says(&["half"]);
     assert!(desk.image("o.png").width > 100);
     assert_eq!(desk.names(), before, "nothing temporary stays");
 }
 
 #[test]
 fn help_says_what_there_is() {
-    let desk = Desk::new();
+    let desk = desk();
     let help = desk.good("--help").out;
     assert!(help.contains("plot") && help.contains("sheet"), "{help}");
     for command in ["plot", "sheet"] {
@@ -242,7 +239,7 @@ fn help_says_what_there_is() {
 
 #[test]
 fn commands_without_a_subject_or_with_two_are_refused() {
-    Desk::new().refuse(&[
+    desk().refuse(&[
         ("", &["plot", "sheet"]),
         ("draw", &["'draw'", "Usage"]),
         ("plot", &["--output <FILE>", "--look <FILE[:NAME]>"]),
@@ -259,7 +256,7 @@ fn commands_without_a_subject_or_with_two_are_refused() {
 
 #[test]
 fn unknown_names_are_refused_with_those_there_are() {
-    let desk = Desk::new();
+    let desk = desk();
     let models = "deon, chiang, lambertian, kajiya_kay, hery, marschner, sadeghi, fur";
     desk.write("nothing.toml", "[film]\nwidth = 16\n");
     desk.refuse(&[
@@ -276,7 +273,7 @@ fn unknown_names_are_refused_with_those_there_are() {
 
 #[test]
 fn scenes_that_cannot_be_read_are_refused_with_their_place() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.write("syntax.toml", "[look.a\n");
     desk.write("typo.toml", "[look.a]\nmodel = \"lambertian\"\nalbdo = 0.5\n");
     desk.write("range.toml", "[look.a]\nmodel = \"marschner\"\neccentricity = 0.5\n");
@@ -302,7 +299,7 @@ fn scenes_that_cannot_be_read_are_refused_with_their_place() {
 
 #[test]
 fn outputs_that_cannot_be_written_are_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     fs::create_dir(desk.path("folder.svg")).unwrap();
     desk.write("file", "not a folder");
     desk.refuse(&[
@@ -326,7 +323,7 @@ fn outputs_that_cannot_be_written_are_refused() {
 
 #[test]
 fn views_that_there_are_not_are_refused() {
-    Desk::new().refuse(&[
+    desk().refuse(&[
         // Along the fiber there is no azimuth.
         ("plot --model lambertian --theta-i 90", &["--theta-i is 90", "between -90 and 90"]),
         ("plot --model lambertian --theta-i -90", &["--theta-i is -90", "between -90 and 90"]),
@@ -349,7 +346,7 @@ fn views_that_there_are_not_are_refused() {
 
 #[test]
 fn parameters_that_make_no_sense_are_refused() {
-    Desk::new().refuse(&[
+    desk().refuse(&[
         ("plot --model lambertian --set kd", &["--set \"kd\"", "NAME=VALUE"]),
         ("plot --model lambertian --set =1", &["--set \"=1\"", "NAME=VALUE"]),
         ("plot --model lambertian --set kd=", &["--set \"kd=\"", "NAME=VALUE"]),
@@ -370,138 +367,18 @@ fn parameters_that_make_no_sense_are_refused() {
 
 // --- the desk ---------------------------------------------------------------------------------------------------
 
-/// Commands after `cuticle lobes` and what they must say, split at blanks; they write to `o.svg` unless told
-/// otherwise.
-type Refusals<'a> = &'a [(&'a str, &'a [&'a str])];
-
-/// A folder of its own with [`LOOKS`] as `looks.toml` and old figures; commands run in it.
-struct Desk {
-    folder: TempDir,
+/// A desk with [`LOOKS`] as `looks.toml` and old figures; what must be refused writes to `o.svg` unless told otherwise.
+fn desk() -> Desk {
+    let complete = |args: &mut Vec<&str>| {
+        if args.len() > 1 && !args.contains(&"-o") {
+            args.extend(["-o", "o.svg"]);
+        }
+    };
+    Desk::new(&["lobes"], complete, &[("looks.toml", LOOKS.as_bytes()), ("o.svg", OLD), ("o.png", OLD)])
 }
 
-impl Desk {
-    fn new() -> Self {
-        let desk = Self { folder: tempfile::tempdir().unwrap() };
-        desk.write("looks.toml", LOOKS);
-        desk.write("o.svg", OLD);
-        desk.write("o.png", OLD);
-        desk
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
-        fs::write(self.path(name), content).unwrap();
-    }
-
-    fn read(&self, name: &str) -> Vec<u8> {
-        fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-
-    fn image(&self, name: &str) -> Image {
-        film::image::read(self.path(name)).unwrap_or_else(|error| panic!("{error}"))
-    }
-
-    fn drawn(&self, name: &str) -> Drawn {
-        Drawn::new(String::from_utf8(self.read(name)).unwrap())
-    }
-
-    /// Everything in the folder with its content; folders have none.
-    fn files(&self) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
-        fn walk(folder: &Path, into: &mut BTreeMap<PathBuf, Option<Vec<u8>>>) {
-            for entry in fs::read_dir(folder).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    walk(&path, into);
-                    into.insert(path, None);
-                } else {
-                    let content = fs::read(&path).unwrap();
-                    into.insert(path, Some(content));
-                }
-            }
-        }
-        let mut files = BTreeMap::new();
-        walk(self.folder.path(), &mut files);
-        files
-    }
-
-    /// Names in the folder, sorted.
-    fn names(&self) -> Vec<String> {
-        self.files().keys().map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect()
-    }
-
-    fn run<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Answer {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_cuticle"));
-        command.arg("lobes").args(args).current_dir(self.folder.path()).stdin(Stdio::null());
-        let output = command.output().unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-        Answer { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
-    }
-
-    /// Runs what must succeed; arguments are split at blanks.
-    #[track_caller]
-    fn good(&self, line: &str) -> Answer {
-        let answer = self.run(line.split_whitespace());
-        assert_eq!(answer.code, Some(0), "cuticle lobes {line}\n{}", answer.err);
-        answer
-    }
-
-    /// Runs what must be refused, and reports all that were not refused as they should be.
-    #[track_caller]
-    fn refuse(&self, cases: Refusals<'_>) {
-        let report: String = cases
-            .iter()
-            .map(|(line, says)| {
-                let mut args: Vec<&str> = line.split_whitespace().collect();
-                if args.len() > 1 && !args.contains(&"-o") {
-                    args.extend(["-o", "o.svg"]);
-                }
-                self.refusal(&args, says)
-            })
-            .collect();
-        assert!(report.is_empty(), "{report}");
-    }
-
-    #[track_caller]
-    fn refuse_args(&self, args: &[&str], says: &[&str]) {
-        let report = self.refusal(args, says);
-        assert!(report.is_empty(), "{report}");
-    }
-
-    /// What is wrong with how `args` were refused; empty if nothing is.
-    fn refusal(&self, args: &[&str], says: &[&str]) -> String {
-        let before = self.files();
-        let answer = self.run(args);
-        let mut complaints = Vec::new();
-        // 101 is a panic, nothing is a signal: both are defects, whatever was said.
-        if !matches!(answer.code, Some(1 | 2)) {
-            complaints.push(format!("exit code {:?}, not 1 or 2", answer.code));
-        }
-        if !answer.out.is_empty() {
-            complaints.push("it wrote to the standard output".to_owned());
-        }
-        complaints
-            .extend(says.iter().filter(|what| !answer.err.contains(**what)).map(|what| format!("does not say {what}")));
-        let after = self.files();
-        for path in before.keys().chain(after.keys()) {
-            if before.get(path) != after.get(path) {
-                complaints.push(format!("{} was touched", path.display()));
-            }
-        }
-        if complaints.is_empty() {
-            return String::new();
-        }
-        format!("cuticle lobes {}\n  {}\n{}\n", args.join(" "), complaints.join("\n  "), answer.err)
-    }
-}
-
-/// What a command said, and how it ended.
-struct Answer {
-    code: Option<i32>,
-    out: String,
-    err: String,
+fn drawn(desk: &Desk, name: &str) -> Drawn {
+    Drawn::new(desk.text(name))
 }
 
 /// An SVG file.

@@ -4,13 +4,11 @@
 //! The experiments here are those that take a fraction of a second at the least effort; what they find at that
 //! effort means nothing. That every experiment runs is tried beside the experiments themselves.
 
-use std::collections::BTreeMap;
-use std::ffi::OsStr;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+mod desk;
 
-use tempfile::TempDir;
+use std::fs;
+
+use desk::Desk;
 
 /// Two cheap experiments, in the order of the list.
 const CHEAP: [&str; 2] = ["hery-energy", "hunz-ellipse"];
@@ -22,7 +20,7 @@ const LITTLE: &str = "--quality 0.004 --threads 1";
 
 #[test]
 fn the_list_names_every_experiment_with_its_paper() {
-    let desk = Desk::new();
+    let desk = desk();
     let list = desk.good("list").out;
     let names = names_in(&list);
     assert!(names.len() >= 20, "{list}");
@@ -46,7 +44,7 @@ fn the_list_names_every_experiment_with_its_paper() {
 
 #[test]
 fn an_experiment_leaves_a_page_with_pictures_and_numbers_and_an_index() {
-    let desk = Desk::new();
+    let desk = desk();
     let name = CHEAP[0];
     // Folders are made.
     let answer = desk.good(&format!("{name} -o new/pages {LITTLE}"));
@@ -74,7 +72,7 @@ fn an_experiment_leaves_a_page_with_pictures_and_numbers_and_an_index() {
     let mut wanted: Vec<String> = pictures;
     wanted.extend(["README.md".to_owned(), format!("{name}.md")]);
     wanted.sort();
-    assert_eq!(desk.names("new/pages"), wanted, "and nothing else");
+    assert_eq!(desk.names_in("new/pages"), wanted, "and nothing else");
 
     // The index has this one with its verdict, and all others without.
     let index = desk.text("new/pages/README.md");
@@ -90,7 +88,7 @@ fn an_experiment_leaves_a_page_with_pictures_and_numbers_and_an_index() {
 
 #[test]
 fn later_runs_add_to_the_index_and_replace_their_own_page() {
-    let desk = Desk::new();
+    let desk = desk();
     let [first, second] = CHEAP;
     desk.good(&format!("{first} -o pages {LITTLE}"));
     let old = desk.text(&format!("pages/{first}.md"));
@@ -112,7 +110,7 @@ fn later_runs_add_to_the_index_and_replace_their_own_page() {
 
 #[test]
 fn the_seed_decides_the_numbers_and_threads_do_not() {
-    let desk = Desk::new();
+    let desk = desk();
     let name = CHEAP[0];
     for (folder, flags) in [("a", "--threads 1"), ("b", "--threads 3"), ("c", "--threads 1 --seed 2")] {
         desk.good(&format!("{name} -o {folder} --quality 0.004 {flags}"));
@@ -131,7 +129,7 @@ fn the_seed_decides_the_numbers_and_threads_do_not() {
 
 #[test]
 fn unknown_experiments_are_refused_with_the_closest() {
-    Desk::new().refuse(&[
+    desk().refuse(&[
         ("", &["<NAME>"]),
         ("-o p", &["<NAME>"]),
         ("hery-fgi1 -o p", &["\"hery-fgi1\"", "did you mean hery-fig1?"]),
@@ -150,7 +148,7 @@ fn unknown_experiments_are_refused_with_the_closest() {
 
 #[test]
 fn efforts_and_counts_that_cannot_be_are_refused() {
-    Desk::new().refuse(&[
+    desk().refuse(&[
         ("hery-energy -o p --quality 0", &["--quality is 0", "between 0.001 and 100"]),
         ("hery-energy -o p --quality nan", &["--quality is NaN", "between 0.001 and 100"]),
         ("hery-energy -o p --quality -1", &["--quality is -1", "between 0.001 and 100"]),
@@ -167,7 +165,7 @@ fn efforts_and_counts_that_cannot_be_are_refused() {
 
 #[test]
 fn folders_that_cannot_take_pages_are_refused_before_anything_is_done() {
-    let desk = Desk::new();
+    let desk = desk();
     fs::write(desk.path("taken"), "not a folder").unwrap();
     fs::create_dir_all(desk.path("blocked/README.md")).unwrap();
     fs::create_dir(desk.path("other")).unwrap();
@@ -187,117 +185,8 @@ fn folders_that_cannot_take_pages_are_refused_before_anything_is_done() {
 
 // --- the desk ---------------------------------------------------------------------------------------------------
 
-/// Commands after `cuticle reproduce` and what they must say, split at blanks.
-type Refusals<'a> = &'a [(&'a str, &'a [&'a str])];
-
-/// A folder of its own, empty at first; commands run in it.
-struct Desk {
-    folder: TempDir,
-}
-
-impl Desk {
-    fn new() -> Self {
-        Self { folder: tempfile::tempdir().unwrap() }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn text(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-
-    /// Everything in the folder with its content; folders have none.
-    fn files(&self) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
-        fn walk(folder: &Path, into: &mut BTreeMap<PathBuf, Option<Vec<u8>>>) {
-            for entry in fs::read_dir(folder).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    walk(&path, into);
-                    into.insert(path, None);
-                } else {
-                    let content = fs::read(&path).unwrap();
-                    into.insert(path, Some(content));
-                }
-            }
-        }
-        let mut files = BTreeMap::new();
-        walk(self.folder.path(), &mut files);
-        files
-    }
-
-    /// Names in a folder of the folder, sorted.
-    fn names(&self, folder: &str) -> Vec<String> {
-        let entries = fs::read_dir(self.path(folder)).unwrap();
-        let mut names: Vec<String> =
-            entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
-    }
-
-    fn run<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Answer {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_cuticle"));
-        command.arg("reproduce").args(args).current_dir(self.folder.path()).stdin(Stdio::null());
-        let output = command.output().unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-        Answer { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
-    }
-
-    /// Runs what must succeed; arguments are split at blanks.
-    #[track_caller]
-    fn good(&self, line: &str) -> Answer {
-        let answer = self.run(line.split_whitespace());
-        assert_eq!(answer.code, Some(0), "cuticle reproduce {line}\n{}", answer.err);
-        answer
-    }
-
-    /// Runs what must be refused, and reports all that were not refused as they should be.
-    #[track_caller]
-    fn refuse(&self, cases: Refusals<'_>) {
-        let report: String =
-            cases.iter().map(|(line, says)| self.refusal(&line.split_whitespace().collect::<Vec<_>>(), says)).collect();
-        assert!(report.is_empty(), "{report}");
-    }
-
-    #[track_caller]
-    fn refuse_args(&self, args: &[&str], says: &[&str]) {
-        let report = self.refusal(args, says);
-        assert!(report.is_empty(), "{report}");
-    }
-
-    /// What is wrong with how `args` were refused; empty if nothing is.
-    fn refusal(&self, args: &[&str], says: &[&str]) -> String {
-        let before = self.files();
-        let answer = self.run(args);
-        let mut complaints = Vec::new();
-        // 101 is a panic, nothing is a signal: both are defects, whatever was said.
-        if !matches!(answer.code, Some(1 | 2)) {
-            complaints.push(format!("exit code {:?}, not 1 or 2", answer.code));
-        }
-        if !answer.out.is_empty() {
-            complaints.push("it wrote to the standard output".to_owned());
-        }
-        complaints
-            .extend(says.iter().filter(|what| !answer.err.contains(**what)).map(|what| format!("does not say {what}")));
-        let after = self.files();
-        for path in before.keys().chain(after.keys()) {
-            if before.get(path) != after.get(path) {
-                complaints.push(format!("{} was touched", path.display()));
-            }
-        }
-        if complaints.is_empty() {
-            return String::new();
-        }
-        format!("cuticle reproduce {}\n  {}\n{}\n", args.join(" "), complaints.join("\n  "), answer.err)
-    }
-}
-
-/// What a command said, and how it ended.
-struct Answer {
-    code: Option<i32>,
-    out: String,
-    err: String,
+fn desk() -> Desk {
+    Desk::new(&["reproduce"], |_| {}, &[])
 }
 
 // --- reading ----------------------------------------------------------------------------------------------------
