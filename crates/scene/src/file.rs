@@ -212,7 +212,7 @@ pub enum IntegratorKind {
     Path,
     /// Light that scatters once.
     Direct,
-    /// All paths, but lights are only found by chance; point and pointlike distant lights are not found.
+    /// All paths, but lights are only found by chance; point, spot and pointlike distant lights are not found.
     BcsdfOnly,
     /// All paths, but light that arrives is only sampled at the lights.
     LightOnly,
@@ -448,7 +448,7 @@ pub struct LightSection {
     pub visible: Option<bool>,
     /// Rectangle, sphere: the centre, scene units.
     pub center: Option<[f64; 3]>,
-    /// Rectangle: a point it faces, scene units; instead of `normal`.
+    /// Rectangle, spot: a point it faces, scene units; instead of `normal` or `direction`.
     pub aim: Option<[f64; 3]>,
     /// Rectangle: the direction it faces, any length; instead of `aim`.
     pub normal: Option<[f64; 3]>,
@@ -460,13 +460,18 @@ pub struct LightSection {
     pub two_sided: Option<bool>,
     /// Sphere: radius, scene units.
     pub radius: Option<f64>,
-    /// Point: the position, scene units.
+    /// Point, spot: the position, scene units.
     pub position: Option<[f64; 3]>,
-    /// Point: radiant intensity in W/sr, a number or [r, g, b], with distances in scene units: at a distance
-    /// of d units the irradiance is intensity / d².
+    /// Point, spot: radiant intensity in W/sr, a number or [r, g, b], with distances in scene units: at a
+    /// distance of d units the irradiance is intensity / d². For a spot that is on its axis. Default: 1.
     pub intensity: Option<Tone>,
-    /// Distant: the direction in which the light travels, any length.
+    /// Distant, spot: the direction in which the light travels, any length; for a spot instead of `aim`.
     pub direction: Option<[f64; 3]>,
+    /// Spot: full opening angle of the cone outside which it is dark, degrees, 1 to 180. Default: 45.
+    pub cone_deg: Option<f64>,
+    /// Spot: share of the cone's half angle over which the light fades, 0 (a sharp edge) to 1 (from the axis
+    /// on). Default: 0.15.
+    pub blend: Option<f64>,
     /// Distant: irradiance in W/m² on a surface that faces the light, a number or [r, g, b].
     pub irradiance: Option<Tone>,
     /// Distant: angular diameter in degrees, 0 to 90; the sun has 0.53. Below 0.115 it is a single
@@ -486,6 +491,8 @@ pub enum LightKind {
     Sphere,
     /// A point.
     Point,
+    /// A point that shines in a cone.
+    Spot,
     /// From infinitely far away: the sun.
     Distant,
 }

@@ -29,6 +29,10 @@ const MOST_PIXELS: u32 = 1 << 27;
 /// Half angle below which a distant light is a single direction, radians: its disk has no digits left in `f32`.
 const SMALLEST_DISK: f32 = 1e-3;
 
+/// Least difference of the cosines between which a spot fades: a few times what a cosine in `f32` is known to, so
+/// that nobody who divides by it has a case to tell apart.
+const SHARPEST_FADE: f32 = 1e-6;
+
 /// What hair is given when nobody says how thick it is, micrometres.
 const DEFAULT_DIAMETER_UM: f64 = 80.0;
 
@@ -237,7 +241,7 @@ impl Resolver<'_, '_> {
         for (index, section) in sections.iter().enumerate() {
             let light = self.light(&format!("light.{index}"), section)?;
             let is_pointlike = match light {
-                Light::Point { .. } => true,
+                Light::Point { .. } | Light::Spot { .. } => true,
                 Light::Distant { half_angle, .. } => half_angle == 0.0,
                 _ => false,
             };
@@ -292,7 +296,7 @@ impl Resolver<'_, '_> {
             }
             LightKind::Rectangle => {
                 let center = self.required_point(path, "center", section.center)?;
-                let normal = self.facing(path, section, center)?;
+                let normal = self.facing(path, (center, "centre"), section.aim, ("normal", section.normal))?;
                 let width = self.required_length(path, "width", section.width)?;
                 let height = self.required_length(path, "height", section.height)?;
                 // Width is level; a rectangle that lies flat takes its width along x.
@@ -317,6 +321,23 @@ impl Resolver<'_, '_> {
                 position: self.required_point(path, "position", section.position)?,
                 intensity: emitted("intensity", section.intensity)?,
             }),
+            LightKind::Spot => {
+                let position = self.required_point(path, "position", section.position)?;
+                let direction =
+                    self.facing(path, (position, "position"), section.aim, ("direction", section.direction))?;
+                let cone = f64::from(self.number(&at("cone_deg"), section.cone_deg.unwrap_or(45.0), 1.0, 180.0)?);
+                let blend = f64::from(self.number(&at("blend"), section.blend.unwrap_or(0.15), 0.0, 1.0)?);
+                // Double precision: of a narrow cone's cosine only the last digits differ from 1.
+                let half = 0.5 * cone.to_radians();
+                let cos_outer = half.cos() as f32;
+                Ok(Light::Spot {
+                    position,
+                    direction,
+                    intensity: emitted("intensity", section.intensity)?,
+                    cos_inner: ((half * (1.0 - blend)).cos() as f32).max(cos_outer + SHARPEST_FADE),
+                    cos_outer,
+                })
+            }
             LightKind::Distant => {
                 let Some(direction) = section.direction else {
                     return Err(self.missing(path, "direction"));
@@ -334,20 +355,27 @@ impl Resolver<'_, '_> {
         }
     }
 
-    /// Where a rectangle faces: its `normal`, or towards its `aim`.
-    fn facing(&self, path: &str, section: &LightSection, center: Vec3) -> Result<Vec3, SceneError> {
-        match (section.aim, section.normal) {
+    /// Where a rectangle or a spot faces: towards its `aim`, or along the vector of the key that takes its place.
+    /// With its place comes what that is called.
+    fn facing(
+        &self,
+        path: &str,
+        (place, place_name): (Vec3, &str),
+        aim: Option<[f64; 3]>,
+        (key, vector): (&str, Option<[f64; 3]>),
+    ) -> Result<Vec3, SceneError> {
+        match (aim, vector) {
             (Some(_), Some(_)) => {
-                let path = format!("{path}.normal");
+                let path = format!("{path}.{key}");
                 let message = format!("`{path}` stands beside `aim`; give one of the two");
                 Err(self.source.at_key(SceneErrorKind::Conflict, &path, message))
             }
             (None, None) => Err(self.missing(path, "aim")),
-            (None, Some(normal)) => self.direction(&format!("{path}.normal"), normal),
+            (None, Some(vector)) => self.direction(&format!("{path}.{key}"), vector),
             (Some(aim), None) => {
                 let path = format!("{path}.aim");
-                (self.point(&path, aim)? - center).try_normalize().ok_or_else(|| {
-                    let message = format!("`{path}` is the centre of the light, so it faces nowhere");
+                (self.point(&path, aim)? - place).try_normalize().ok_or_else(|| {
+                    let message = format!("`{path}` is the {place_name} of the light, so it faces nowhere");
                     self.source.at_value(SceneErrorKind::OutOfRange, &path, message)
                 })
             }
@@ -364,6 +392,9 @@ impl Resolver<'_, '_> {
             ),
             LightKind::Sphere => ("sphere", &["center", "radius", "radiance", "strength", "visible"]),
             LightKind::Point => ("point", &["position", "intensity", "strength"]),
+            LightKind::Spot => {
+                ("spot", &["position", "aim", "direction", "intensity", "cone_deg", "blend", "strength"])
+            }
             LightKind::Distant => ("distant", &["direction", "irradiance", "angle_deg", "strength"]),
         };
         let given = [
@@ -383,6 +414,8 @@ impl Resolver<'_, '_> {
             ("intensity", light.intensity.is_some()),
             ("direction", light.direction.is_some()),
             ("irradiance", light.irradiance.is_some()),
+            ("cone_deg", light.cone_deg.is_some()),
+            ("blend", light.blend.is_some()),
             ("angle_deg", light.angle_deg.is_some()),
         ];
         let wrong = given.iter().find(|(key, is_given)| *is_given && !own.contains(key));

@@ -267,6 +267,20 @@ pub enum Light {
         /// W/sr with distances in scene units.
         intensity: Rgb,
     },
+    /// A point that shines in a cone: `intensity` times [`spot_falloff`](Self::spot_falloff).
+    Spot {
+        /// Where it is.
+        position: Vec3,
+        /// Unit vector in which the light travels on the axis.
+        direction: Vec3,
+        /// W/sr on the axis, with distances in scene units.
+        intensity: Rgb,
+        /// Cosine of the angle from the axis up to which it is as bright as on the axis; at most 1, and greater
+        /// than `cos_outer` by 9e-7 or more, however sharp the edge.
+        cos_inner: f32,
+        /// Cosine of the angle from the axis beyond which it is dark, at least 0.
+        cos_outer: f32,
+    },
     /// From infinitely far away.
     Distant {
         /// Unit vector in which the light travels.
@@ -276,6 +290,16 @@ pub enum Light {
         /// Half the angular diameter, radians, in `[0, π/4]`; 0 is a single direction.
         half_angle: f32,
     },
+}
+
+impl Light {
+    /// Share of its intensity that a spot sends where the cosine to its axis is `cos`: 1 from `cos_inner` on,
+    /// 0 up to `cos_outer`, and between them the cubic `3t² - 2t³`, which is the `smoothstep` of shaders.
+    #[inline]
+    pub fn spot_falloff(cos_inner: f32, cos_outer: f32, cos: f32) -> f32 {
+        let t = ((cos - cos_outer) / (cos_inner - cos_outer)).clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    }
 }
 
 /// A solid thing in scene units.

@@ -76,6 +76,11 @@ fn with_look(lines: &str) -> String {
     format!("[[groom]]\nfile = \"two.hair\"\n\n[look.main]\n{lines}\n")
 }
 
+/// A scene of one spot at the origin and a ball, lines about the spot from line 4 on.
+fn with_spot(lines: &str) -> String {
+    format!("[[light]]\ntype = \"spot\"\nposition = [0.0, 0.0, 0.0]\n{lines}\n\n[[mesh]]\nfile = \"ball.obj\"\n")
+}
+
 fn place(error: &SceneError) -> (usize, usize) {
     error.place.as_ref().map_or((0, 0), |place| (place.line, place.column))
 }
@@ -251,6 +256,55 @@ fn what_is_left_out_gets_its_documented_default() {
     assert!(scene.camera.position.distance(scene.camera.target) > 1.0);
 }
 
+/// Direction, intensity, and the angles from the axis where the fade begins and ends, degrees.
+fn spot(scene: &Scene) -> (Vec3, Rgb, [f64; 2]) {
+    let Light::Spot { position, direction, intensity, cos_inner, cos_outer } = scene.lights[0] else {
+        panic!("{:?}", scene.lights)
+    };
+    assert_eq!(position, Vec3::ZERO);
+    assert!((direction.length() - 1.0).abs() < 1e-6);
+    assert!((0.0..1.0).contains(&cos_outer) && cos_inner <= 1.0 && cos_inner - cos_outer >= 9e-7);
+    (direction, intensity, [cos_inner, cos_outer].map(|cos| f64::from(cos).acos().to_degrees()))
+}
+
+#[test]
+fn a_spot_resolves_to_its_direction_and_the_cosines_of_its_fade() {
+    // The whole opening angle is halved; blend is a share of the half. A cosine in f32 knows angles of 10 degrees
+    // and more to 2e-5 degrees.
+    let scene = load(&with_spot("aim = [0, -3, 0]\nintensity = [1, 2, 3]\nstrength = 2\ncone_deg = 60\nblend = 0.5"));
+    let (direction, intensity, [inner, outer]) = spot(&scene);
+    assert_eq!((direction, intensity), (Vec3::NEG_Y, Rgb::new(2.0, 4.0, 6.0)));
+    assert!((inner - 15.0).abs() < 2e-5 && (outer - 30.0).abs() < 2e-5, "{inner} {outer}");
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    // A direction may have any length. What is left out: 45 degrees, of whose half 15 % fade.
+    let (direction, intensity, [inner, outer]) = spot(&load(&with_spot("direction = [0, 0, 7]")));
+    assert_eq!((direction, intensity), (Vec3::Z, Rgb::white()));
+    assert!((inner - 0.85 * 22.5).abs() < 2e-5 && (outer - 22.5).abs() < 2e-5, "{inner} {outer}");
+    // The ends of the ranges: a half space that fades from the axis on, and a narrow cone with a sharp edge.
+    let (_, _, [inner, outer]) = spot(&load(&with_spot("direction = [0, 0, 7]\ncone_deg = 180\nblend = 1")));
+    assert!(inner == 0.0 && (outer - 90.0).abs() < 1e-5, "{inner} {outer}");
+    let (_, _, [inner, outer]) = spot(&load(&with_spot("direction = [0, 0, 7]\ncone_deg = 1\nblend = 0")));
+    assert!((outer - 0.5).abs() < 1e-3 && (0.48..0.5).contains(&inner), "{inner} {outer}");
+    // It has no size: what finds lights by chance never finds it.
+    let scene = load(&with_spot("aim = [0, -3, 0]\n[render]\nintegrator = \"bcsdf_only\""));
+    assert!(scene.warnings.len() == 1 && scene.warnings[0].contains("light 0 has no size"), "{:?}", scene.warnings);
+}
+
+#[test]
+fn a_spot_fades_evenly_from_one_to_nothing() {
+    let fall = |cos: f32| Light::spot_falloff(0.9, 0.5, cos);
+    assert_eq!([1.0, 0.95, 0.9, 0.5, 0.49, 0.0, -1.0].map(fall), [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    // The cubic is the distribution function of 6t(1 - t): its integral, summed up, is the fade.
+    let n = 4000;
+    let mut sum = 0.0_f64;
+    for i in 0..n {
+        let t = (f64::from(i) + 0.5) / f64::from(n);
+        let cos = 0.5 + 0.4 * (f64::from(i) + 1.0) / f64::from(n);
+        sum += 6.0 * t * (1.0 - t) / f64::from(n);
+        assert!((f64::from(fall(cos as f32)) - sum).abs() < 1e-6, "{cos}");
+    }
+}
+
 #[test]
 fn odd_widths_are_warned_about() {
     let text = "[[light]]\ntype = \"environment\"\n[[groom]]\nfile = \"FILE\"\n";
@@ -302,6 +356,45 @@ fn mistakes_are_placed_and_mended() {
         ("[[light]]\ntype = \"sphere\"\nwidth = 3.0\n".into(), K::Conflict, (3, 1), "`sphere`", None),
         ("[[light]]\ntype = \"point\"\nradiance = 3.0\n".into(), K::Conflict, (3, 1), "`point`", Some("intensity")),
         ("[[light]]\ntype = \"distant\"\ndirection = [0, 0, 0]\n".into(), K::OutOfRange, (3, 13), "no length", None),
+        ("[[light]]\ntype = \"spot\"\naim = [0, 0, 0]\n".into(), K::Missing, (1, 1), "`position`", None),
+        ("[[light]]\ntype = \"spot\"\nposition = [0, 0, 0]\n".into(), K::Missing, (1, 1), "`aim`", None),
+        (
+            "[[light]]\ntype = \"spot\"\nposition = [1, 1, 1]\naim = [1, 1, 1]\n".into(),
+            K::OutOfRange,
+            (4, 7),
+            "`light.0.aim` is the position of the light",
+            None,
+        ),
+        (
+            "[[light]]\ntype = \"spot\"\nposition = [1, 1, 1]\naim = [0, 1, 1]\ndirection = [1, 0, 0]\n".into(),
+            K::Conflict,
+            (5, 1),
+            "`light.0.direction` stands beside `aim`",
+            None,
+        ),
+        (with_spot("direction = [0, 0, 0]"), K::OutOfRange, (4, 13), "no length", None),
+        (with_spot("aim = [0, 1, nan]"), K::OutOfRange, (4, 7), "light.0.aim", None),
+        (
+            with_spot("aim = [0, 1, 0]\ncone_deg = 0.5"),
+            K::OutOfRange,
+            (5, 12),
+            "`light.0.cone_deg` is 0.5; it must be between 1 and 180",
+            None,
+        ),
+        (with_spot("aim = [0, 1, 0]\ncone_deg = 181"), K::OutOfRange, (5, 12), "light.0.cone_deg", None),
+        (
+            with_spot("aim = [0, 1, 0]\nblend = 1.5"),
+            K::OutOfRange,
+            (5, 9),
+            "`light.0.blend` is 1.5; it must be between 0 and 1",
+            None,
+        ),
+        (with_spot("aim = [0, 1, 0]\nblend = -0.1"), K::OutOfRange, (5, 9), "light.0.blend", None),
+        (with_spot("aim = [0, 1, 0]\nintensity = -1.0"), K::OutOfRange, (5, 13), "light.0.intensity", None),
+        (with_spot("aim = [0, 1, 0]\nradiance = 3.0"), K::Conflict, (5, 1), "`spot`", Some("intensity")),
+        (with_spot("cone = 40.0"), K::UnknownName, (4, 1), "light.0.cone", Some("cone_deg")),
+        ("[[light]]\ntype = \"point\"\nblend = 0.5\n".into(), K::Conflict, (3, 1), "`point` has no `blend`", None),
+        ("[[light]]\ntype = \"spott\"\n".into(), K::UnknownName, (2, 8), "`spot`", Some("spot")),
         (
             "[[light]]\ntype = \"rectangle\"\ncenter = [1, 1, 1]\naim = [1, 1, 1]\nwidth = 1\nheight = 1\n".into(),
             K::OutOfRange,

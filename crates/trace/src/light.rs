@@ -59,6 +59,14 @@ enum Emitter {
         position: Vec3,
         intensity: Rgb,
     },
+    /// A point that shines in a cone about `direction`, in which its light travels.
+    Spot {
+        position: Vec3,
+        direction: Vec3,
+        intensity: Rgb,
+        cos_inner: f32,
+        cos_outer: f32,
+    },
     /// Towards the light; one minus the cosine of the half angle; radiance within the cone.
     Disk {
         towards: Vec3,
@@ -226,6 +234,9 @@ impl Emitter {
             },
             &Light::Sphere { center, radius, radiance, visible } => Self::Sphere { center, radius, radiance, visible },
             &Light::Point { position, intensity } => Self::Point { position, intensity },
+            &Light::Spot { position, direction, intensity, cos_inner, cos_outer } => {
+                Self::Spot { position, direction, intensity, cos_inner, cos_outer }
+            }
             &Light::Distant { direction, irradiance, half_angle } => {
                 if half_angle <= 0.0 {
                     return Self::Beam { towards: -direction, irradiance };
@@ -250,6 +261,10 @@ impl Emitter {
             }
             Self::Sphere { radiance, radius, .. } => radiance.luminance() * 4.0 * PI * PI * radius * radius,
             Self::Point { intensity, .. } => intensity.luminance() * 4.0 * PI,
+            // 2π ∫ falloff d cos: the fade counts half, as it is symmetric about its middle.
+            Self::Spot { intensity, cos_inner, cos_outer, .. } => {
+                intensity.luminance() * PI * ((1.0 - *cos_inner) + (1.0 - *cos_outer))
+            }
             Self::Disk { irradiance, .. } | Self::Beam { irradiance, .. } => irradiance.luminance() * scene,
         }
     }
@@ -277,6 +292,11 @@ impl Emitter {
                 radiance.luminance() * 2.0 * PI * sphere_cap(p.distance_squared(*center), radius * radius)
             }
             Self::Point { position, intensity } => intensity.luminance() / p.distance_squared(*position).max(1e-12),
+            Self::Spot { position, direction, intensity, cos_inner, cos_outer } => {
+                let Some((dir, _, d2)) = towards(*position, p) else { return 0.0 };
+                let share = Light::spot_falloff(*cos_inner, *cos_outer, -dir.dot(*direction));
+                intensity.luminance() * share / d2.max(1e-12)
+            }
             Self::Disk { irradiance, .. } | Self::Beam { irradiance, .. } => irradiance.luminance(),
         }
     }
@@ -319,13 +339,14 @@ impl Emitter {
                 area(dir, distance, *radiance, cap_pdf(one_minus_cos))
             }
             Self::Point { position, intensity } => {
-                let d = *position - p;
-                let d2 = d.length_squared();
-                if !(d2 > 0.0) {
-                    return None;
-                }
-                let distance = d2.sqrt();
-                Some(LightSample { dir: d / distance, distance, radiance: *intensity / d2, pdf: 1.0, delta: true })
+                let (dir, distance, d2) = towards(*position, p)?;
+                Some(LightSample { dir, distance, radiance: *intensity / d2, pdf: 1.0, delta: true })
+            }
+            Self::Spot { position, direction, intensity, cos_inner, cos_outer } => {
+                let (dir, distance, d2) = towards(*position, p)?;
+                let share = Light::spot_falloff(*cos_inner, *cos_outer, -dir.dot(*direction));
+                let radiance = *intensity * (share / d2);
+                (share > 0.0).then_some(LightSample { dir, distance, radiance, pdf: 1.0, delta: true })
             }
             Self::Disk { towards, one_minus_cos, radiance, .. } => {
                 area(cone(*towards, *one_minus_cos, xi), far, *radiance, cap_pdf(*one_minus_cos))
@@ -351,7 +372,7 @@ impl Emitter {
                 if d2 <= r2 * 1.000_01 { 0.25 / PI } else { cap_pdf(sphere_cap(d2, r2)) }
             }
             Self::Disk { one_minus_cos, .. } => cap_pdf(*one_minus_cos),
-            Self::Point { .. } | Self::Beam { .. } => 0.0,
+            Self::Point { .. } | Self::Spot { .. } | Self::Beam { .. } => 0.0,
         }
     }
 
@@ -384,9 +405,21 @@ impl Emitter {
                 let off = 0.5 * (dir - *towards).length_squared();
                 (escaped && off <= *one_minus_cos).then_some((*radiance, false))
             }
-            Self::Point { .. } | Self::Beam { .. } => None,
+            Self::Point { .. } | Self::Spot { .. } | Self::Beam { .. } => None,
         }
     }
+}
+
+/// Direction, distance and squared distance from `p` to a point; `None` where they are the same.
+#[inline]
+fn towards(position: Vec3, p: Vec3) -> Option<(Vec3, f32, f32)> {
+    let d = position - p;
+    let d2 = d.length_squared();
+    if !(d2 > 0.0) {
+        return None;
+    }
+    let distance = d2.sqrt();
+    Some((d / distance, distance, d2))
 }
 
 /// First crossing of a sphere in front of the origin; whether from inside.
@@ -429,7 +462,7 @@ fn cone(axis: Vec3, one_minus_cos: f32, xi: [f32; 2]) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use math::hash;
+    use math::{DVec3, hash};
 
     fn all() -> Vec<Light> {
         vec![
@@ -490,6 +523,140 @@ mod tests {
                 })
                 .sum();
             assert!((sum / n as f32 / want - 1.0).abs() < 1e-3, "light {light}: {} and {want}", sum / n as f32);
+        }
+    }
+
+    /// A spot of a cone that is `outer` wide from its axis to its edge and fades from `inner` on, degrees.
+    fn spot(intensity: f32, inner: f64, outer: f64) -> Light {
+        Light::Spot {
+            position: Vec3::new(0.5, 2.0, -0.3),
+            direction: Vec3::new(2.0, -3.0, 6.0) / 7.0,
+            intensity: Rgb::splat(intensity),
+            cos_inner: inner.to_radians().cos() as f32,
+            cos_outer: outer.to_radians().cos() as f32,
+        }
+    }
+
+    /// The point at `distance` from the spot that lies `angle` degrees from its axis and `turn` radians around it.
+    fn from_spot(distance: f64, angle: f64, turn: f64) -> Vec3 {
+        // Unit vectors at right angles, the axis of the spot first.
+        let axes = [(2.0, -3.0, 6.0), (3.0, 6.0, 2.0), (-6.0, 2.0, 3.0)].map(|(x, y, z)| DVec3::new(x, y, z) / 7.0);
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let dir = axes[0] * cos + (axes[1] * turn.cos() + axes[2] * turn.sin()) * sin;
+        (DVec3::new(0.5, 2.0, -0.3) + dir * distance).as_vec3()
+    }
+
+    /// Share of its intensity that a spot sends `angle` degrees from its axis, in the angles of its fade.
+    fn share(inner: f64, outer: f64, angle: f64) -> f64 {
+        let cos = |degrees: f64| degrees.to_radians().cos();
+        let t = (cos(angle) - cos(outer)) / (cos(inner) - cos(outer));
+        if t <= 0.0 {
+            0.0
+        } else if t >= 1.0 {
+            1.0
+        } else {
+            // The cubic by its roots about the middle, where it is one half: ½ + ¾s - ¼s³ with s from -1 to 1.
+            let s = 2.0 * t - 1.0;
+            0.5 + 0.75 * s - 0.25 * s * s * s
+        }
+    }
+
+    fn one(light: Light, selection: LightSelection) -> Lights {
+        Lights::new(&[light], Integrator::LightOnly, selection, (Vec3::NEG_ONE, Vec3::ONE))
+    }
+
+    #[test]
+    fn a_spot_brings_its_intensity_over_the_squared_distance_within_its_cone_and_nothing_outside() {
+        let selections = [LightSelection::Contribution, LightSelection::Power, LightSelection::Uniform];
+        for (inner, outer) in [(10.0, 30.0), (0.0, 90.0), (29.9, 30.0), (2.0, 3.0)] {
+            for selection in selections {
+                let lights = one(spot(5.0, inner, outer), selection);
+                for i in 0..200 {
+                    let angle = 1.2 * outer * (f64::from(i) + 0.5) / 200.0;
+                    // Where the fade is steep the angle is known to no better than single precision.
+                    if [inner, outer].iter().any(|edge| (angle - edge).abs() < 0.02) {
+                        continue;
+                    }
+                    let (distance, turn) = (f64::from(1 + i % 7), 2.4 * f64::from(i));
+                    let p = from_spot(distance, angle, turn);
+                    let sample = lights.sample(p, hash::unit(i, 1), [hash::unit(i, 2), hash::unit(i, 3)]);
+                    let want = 5.0 * share(inner, outer, angle) / (distance * distance);
+                    let what = format!("{inner} {outer} {selection:?}: {angle} degrees, {distance}");
+                    let Some(sample) = sample else {
+                        assert_eq!(want, 0.0, "{what}");
+                        continue;
+                    };
+                    assert!(want > 0.0 && sample.delta && (sample.pdf - 1.0).abs() < 1e-6, "{what}: {sample:?}");
+                    // The place in single precision gives a cosine to 5e-7; the fade is 1.5 times as steep as a
+                    // straight one at most.
+                    let cos = |degrees: f64| degrees.to_radians().cos();
+                    let slack = 5.0 / (distance * distance) * (2e-6 + 1.5 * 5e-7 / (cos(inner) - cos(outer)));
+                    assert!((f64::from(sample.radiance[0]) - want).abs() < slack, "{what}: {sample:?} and {want}");
+                    // The direction leads to the light, and a ray that goes there finds nothing to see.
+                    assert!((p + sample.dir * sample.distance).distance(Vec3::new(0.5, 2.0, -0.3)) < 1e-5, "{what}");
+                    lights.met(p, sample.dir, f32::INFINITY, |met| panic!("{what}: {met:?}"));
+                    assert_eq!(lights.pdf(0, p, sample.dir), 0.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn all_light_of_a_spot_arrives() {
+        // The irradiance of a sphere around it, summed up in even steps of the cosine and turned as they go.
+        for (inner, outer) in [(10.0, 30.0), (0.0, 90.0), (0.0, 5.0), (29.99, 30.0)] {
+            let light = spot(3.0, inner, outer);
+            let power = f64::from(Emitter::new(&light).power(1.0));
+            let lights = one(light, LightSelection::Uniform);
+            let (radius, n) = (2.0, 20_000_u32);
+            let least = outer.to_radians().cos();
+            let mut sum = 0.0;
+            for i in 0..n {
+                // A little beyond the cone, so that light outside would be found.
+                let cos = 1.0 - 1.1 * (1.0 - least) * (f64::from(i) + 0.5) / f64::from(n);
+                let p = from_spot(radius, cos.acos().to_degrees(), 2.4 * f64::from(i));
+                let sample = lights.sample(p, 0.5, [0.5; 2]);
+                sum += sample.map_or(0.0, |s| f64::from(s.radiance[0])) * radius * radius;
+            }
+            let sum = sum * 2.0 * std::f64::consts::PI * 1.1 * (1.0 - least) / f64::from(n);
+            // A dozen steps lie in the sharpest fade; the rest is single precision of the narrowest cone's cosine.
+            assert!((sum / power - 1.0).abs() < 2e-4, "{inner} {outer}: {sum} and {power}");
+        }
+    }
+
+    #[test]
+    fn a_spot_is_chosen_only_where_it_shines_and_no_light_is_lost_by_the_choice() {
+        let near = Vec3::new(-1.0, 0.4, 0.7);
+        let point = |position, intensity| Light::Point { position, intensity: Rgb::splat(intensity) };
+        let scene = [point(near, 0.5), spot(5.0, 10.0, 30.0), point(Vec3::ONE, 0.0)];
+        for angle in [4.0, 25.0, 29.0, 45.0, 170.0] {
+            let p = from_spot(2.0, angle, 1.0);
+            let want = 0.5 / f64::from(p.distance_squared(near)) + 5.0 * share(10.0, 30.0, angle) / 4.0;
+            for selection in [LightSelection::Contribution, LightSelection::Power, LightSelection::Uniform] {
+                let lights = Lights::new(&scene, Integrator::Path, selection, (Vec3::NEG_ONE, Vec3::ONE));
+                let n = 10_000;
+                let (mut sum, mut lost) = (0.0, 0);
+                for i in 0..n {
+                    match lights.sample(p, (i as f32 + 0.5) / n as f32, [0.5; 2]) {
+                        Some(s) => sum += f64::from(s.radiance[0] / s.pdf) / f64::from(n),
+                        None => lost += 1,
+                    }
+                }
+                // Evenly spread choices: at each of two boundaries between lights one of them may be on the wrong
+                // side, and no light that shines here is chosen with less than one chance in 10.
+                assert!((sum / want - 1.0).abs() < 20.0 / f64::from(n), "{angle} {selection:?}: {sum} and {want}");
+                if selection == LightSelection::Contribution {
+                    assert_eq!(lost, 0, "{angle}: a choice in vain");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_spot_in_the_very_place_that_it_lights_does_no_harm() {
+        let place = Vec3::new(0.5, 2.0, -0.3);
+        for selection in [LightSelection::Contribution, LightSelection::Power, LightSelection::Uniform] {
+            assert!(one(spot(5.0, 10.0, 30.0), selection).sample(place, 0.5, [0.5; 2]).is_none(), "{selection:?}");
         }
     }
 }

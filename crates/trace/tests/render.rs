@@ -8,7 +8,7 @@ use common::{Mean, Memory, ball, load, quad, render, samples, strands, tracer};
 use fiber::{Dir, Fiber, Hit, Model, Scatter, quadrature};
 use film::{Film, NO_STRAND, Pixel, Sample};
 use groom::Attribute;
-use math::{Quat, Rgb, Vec3};
+use math::{DVec3, Quat, Rgb, Vec3};
 use scene::{EnvironmentImage, Light};
 use trace::{SimdLevel, Tracer};
 
@@ -612,6 +612,82 @@ fn pointlike_lights_follow_their_closed_forms() {
     assert!(samples(&tracer(&assets, &text, &[]), 4).iter().all(|s| s.beauty.is_black() && s.alpha == 1.0));
 }
 
+/// Share of its intensity that a spot sends `angle` from its axis, fading from `inner` to `outer`, degrees.
+fn spot_share(angle: f64, inner: f64, outer: f64) -> f64 {
+    let cos = |degrees: f64| degrees.to_radians().cos();
+    let t = ((cos(angle) - cos(outer)) / (cos(inner) - cos(outer))).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+#[test]
+fn a_spot_follows_its_closed_form_inside_in_its_fade_and_outside() {
+    let assets = ground();
+    let place = DVec3::new(0.5, 2.0, -0.3);
+    // On the axis, in a wide fade, and outside.
+    let cases = [([0.0, 0.0, 0.0], 40.0, 0.5), ([0.7, 0.0, 0.2], 90.0, 0.9), ([3.0, 0.0, 0.0], 90.0, 0.9)];
+    for (aim, cone, blend) in cases {
+        let angle = (-place).angle_between(DVec3::from_array(aim) - place).to_degrees();
+        let share = spot_share(angle, 0.5 * cone * (1.0 - blend), 0.5 * cone);
+        let text = lit_quad(&format!(
+            "type = \"spot\"\nposition = [0.5, 2.0, -0.3]\naim = {aim:?}\nintensity = [5.0, 4.0, 3.0]\n\
+             cone_deg = {cone:?}\nblend = {blend:?}"
+        ));
+        let want = radiance(Rgb::<f64>([5.0, 4.0, 3.0]) * (share * place.y / place.length().powi(3)));
+        for selection in ["contribution", "power", "uniform"] {
+            let selected = format!("render.light_selection={selection}");
+            let all = samples(&tracer(&assets, &text, &[&selected]), 64);
+            let mean = Mean::of(all.iter().map(|s| s.beauty));
+            mean.expect(&format!("a spot at {aim:?}, {selection}"), &Mean::exact(want), 1e-3 * want.max_channel());
+        }
+        // It has no size: scattered rays never find it.
+        let chance = samples(&tracer(&assets, &text, &["render.integrator=bcsdf_only"]), 4);
+        assert!(chance.iter().all(|s| s.beauty.is_black() && s.alpha == 1.0));
+    }
+}
+
+#[test]
+fn a_spot_draws_a_disk_with_a_soft_edge_and_darkness_around_it() {
+    // From 10 above, 4 x 4 of the ground fill the picture; the spot hangs 2 above its middle.
+    let (side, height, intensity) = (32_u32, 2.0_f64, 5.0);
+    let text = format!(
+        "[camera]\nposition = [0.0, 10.0, 0.0]\ntarget = [0.0, 0.0, 0.0]\nup = [0.0, 0.0, -1.0]\nfov_deg = {:?}\n\
+         [film]\nwidth = {side}\nheight = {side}\nfilter = \"box\"\n\
+         [[mesh]]\nfile = \"quad\"\nalbedo = {ALBEDO:?}\n\
+         [[light]]\ntype = \"spot\"\nposition = [0.0, {height:?}, 0.0]\ndirection = [0.0, -1.0, 0.0]\n\
+         intensity = {intensity:?}\ncone_deg = 60.0\nblend = 0.4\n",
+        2.0 * 0.2_f64.atan().to_degrees()
+    );
+    let film = render(&tracer(&ground(), &text, &[]), &[16]);
+    assert!(film.rejected() == 0 && film.is_finite());
+    let at = |r: f64| {
+        let share = spot_share((r / height).atan().to_degrees(), 18.0, 30.0);
+        radiance(Rgb::splat(intensity * share * height / (height * height + r * r).powf(1.5)))
+    };
+    let edge = height * 30_f64.to_radians().tan();
+    let (mut bright, mut dark) = (0, 0);
+    for (i, pixel) in film.pixels().iter().enumerate() {
+        // What one pixel sees, nearest to and farthest from the middle: light falls from there to there.
+        let span = [i as u32 % side, i as u32 / side].map(|k| {
+            let [a, b] = [k, k + 1].map(|k| (4.0 * f64::from(k) / f64::from(side) - 2.0).abs());
+            [a.min(b), a.max(b)]
+        });
+        let [near, far] = [0, 1].map(|end| span[0][end].hypot(span[1][end]));
+        let got = pixel.beauty().cast::<f64>();
+        let (least, most) = (at(far), at(near));
+        // Single precision of places and of the camera's angle.
+        let slack = 1e-5;
+        let off = (least - got).max_channel().max((got - most).max_channel());
+        assert!(off < slack, "pixel {i}: {got:?} is not in {least:?} to {most:?}");
+        bright += u32::from(least.max_channel() > 0.0);
+        if near > edge + 1e-4 {
+            dark += 1;
+            assert!(pixel.beauty().is_black(), "pixel {i}, {near} from the middle, shows {got:?}");
+        }
+    }
+    // Of 1024 pixels of 1/8 each: a disk of radius 1.155 less its rim, and what is outside of it.
+    assert!(bright > 200 && dark > 650, "{bright} {dark}");
+}
+
 #[test]
 fn lights_with_a_size_follow_their_closed_forms() {
     let assets = ground();
@@ -794,6 +870,7 @@ fn odd_places_and_things_do_no_harm() {
     assert_eq!((brightness(&alone), coverage(&alone)), (0.0, 0.0));
 
     let lamps = "[[light]]\ntype = \"point\"\nposition = [0.0, 0.0, 0.0]\nintensity = 1.0\n\
+                 [[light]]\ntype = \"spot\"\nposition = [0.0, 0.0, 0.0]\naim = [0.0, 1.0, 0.0]\nblend = 0.0\n\
                  [[light]]\ntype = \"sphere\"\ncenter = [0.1, 0.0, 0.2]\nradius = 0.3\nvisible = true\n\
                  [[light]]\ntype = \"rectangle\"\ncenter = [0.0, 0.2, 0.0]\nnormal = [0.0, 1.0, 0.0]\nwidth = 0.5\n\
                  height = 0.5\ntwo_sided = true\nvisible = true\n";

@@ -25,6 +25,8 @@ mod deon;
 mod experiment;
 mod hery;
 mod hunz;
+mod sky;
+mod sphere;
 
 pub use experiment::{
     Context, Error, Expected, Experiment, Measured, Outcome, Paper, Picture, Progress, Report, Table, Verdict, number,

@@ -91,8 +91,8 @@ pub fn bell(points: &[(f64, f64)], share: f64) -> Option<Bell> {
     })
 }
 
-/// Solves three linear equations, the right side in the last column.
-fn solve(mut m: [[f64; 4]; 3]) -> Option<[f64; 3]> {
+/// Solves three linear equations, the right side in the last column; `None` where they are dependent.
+pub(crate) fn solve(mut m: [[f64; 4]; 3]) -> Option<[f64; 3]> {
     for i in 0..3 {
         let pivot = (i..3).max_by(|&a, &b| m[a][i].abs().total_cmp(&m[b][i].abs()))?;
         m.swap(i, pivot);

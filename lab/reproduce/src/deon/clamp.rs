@@ -4,10 +4,11 @@ use fiber::{Scatter, Weights};
 use film::{Film, NO_STRAND, View};
 use math::hash;
 
-use super::point::{self, Moments, numbers};
+use super::point::{self, Moments};
 use crate::chart::{Chart, Curve};
 use crate::raster::Raster;
 use crate::render::{self, Memory};
+use crate::sphere::numbers;
 use crate::{Context, Error, Measured, Report, Table, number};
 
 const WIDTHS_DEG: [f64; 5] = [2.0, 5.0, 10.0, 20.0, 30.0];

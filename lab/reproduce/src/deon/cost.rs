@@ -6,8 +6,9 @@ use std::time::Instant;
 use fiber::{DIMS, Deon, DeonSetup, Dir, Field, Hit, Model, Scatter, Weights};
 use math::hash;
 
-use super::point::{self, numbers, uniform};
+use super::point;
 use crate::chart::{Chart, Curve};
+use crate::sphere::{numbers, uniform};
 use crate::{Context, Error, Measured, Report, Table, number, stats};
 
 const WIDTHS_DEG: [f64; 6] = [2.0, 4.0, 7.5, 12.0, 20.0, 30.0];

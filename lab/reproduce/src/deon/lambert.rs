@@ -9,11 +9,11 @@ use film::{Film, View};
 use groom::Mesh;
 use math::{Rgb, Vec3};
 
-use super::point::numbers;
 use super::stage::enlarged;
 use crate::chart::{Chart, Curve};
 use crate::raster::Raster;
 use crate::render::{self, Memory};
+use crate::sphere::numbers;
 use crate::{Context, Error, Measured, Report, Table, number};
 
 /// Azimuths of the light in pictures, degrees around the fiber from the camera.

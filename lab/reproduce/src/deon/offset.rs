@@ -13,8 +13,10 @@ use fiber::quadrature::rule;
 use fiber::{DIMS, Dir};
 use math::{Rgb, hash};
 
-use super::point::{self, Moments, numbers};
+use super::point::Moments;
 use crate::chart::{Chart, Curve};
+use crate::sky::Sky;
+use crate::sphere::{self, numbers};
 use crate::{Context, Error, Measured, Report, Table, number, stats};
 
 const WIDTHS_DEG: [f64; 3] = [5.0, 10.0, 20.0];
@@ -144,6 +146,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Report, Error> {
     let mut suns = Vec::new();
     let (mut most_after, mut most_before, mut apart) = (0.0_f64, 0.0_f64, 0.0_f64);
     let mut curves = Vec::new();
+    let compact = Sky::compact();
     for (i, beta_deg) in WIDTHS_DEG.into_iter().enumerate() {
         context.step("single points", i as f64 / WIDTHS_DEG.len() as f64)?;
         for (j, theta_deg) in INCLINATIONS_DEG.into_iter().enumerate() {
@@ -171,9 +174,9 @@ pub(super) fn run(context: &Context<'_>) -> Result<Report, Error> {
                 // Under compact lights, at the middle of the grid.
                 if beta_deg == 10.0 && theta_deg == 45.0 {
                     for frame in 0..frames {
-                        let axes = point::frame(frame, context.seed);
+                        let axes = sphere::frame(frame, context.seed);
                         let [after, before] = [Order::AfterOffset, Order::BeforeOffset].map(|order| {
-                            let sky = |dir| point::sun(point::to_world(&axes, dir));
+                            let sky = |dir| compact.radiance(sphere::to_world(&axes, dir));
                             paths.moments(order, count, hash::mix3(stream, frame, order as u32), sky).variance()
                         });
                         suns.push(before / after);
@@ -250,6 +253,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Report, Error> {
 mod tests {
     use fiber::{Scatter, Weights};
 
+    use super::super::point;
     use super::*;
 
     #[test]

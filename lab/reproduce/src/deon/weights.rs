@@ -6,8 +6,10 @@ use fiber::quadrature::rule;
 use fiber::{DeonSetup, Dir, Scatter, Weights};
 use math::hash;
 
-use super::point::{self, Moments, numbers};
+use super::point::{self, Moments};
 use crate::chart::{Chart, Curve};
+use crate::sky::Sky;
+use crate::sphere::{self, numbers};
 use crate::{Context, Error, Measured, Report, Table, number, stats};
 
 const SIGMA_A: f64 = 0.2;
@@ -81,10 +83,11 @@ fn row(context: &Context<'_>, beta_deg: f64, theta_deg: f64, count: u32, frames:
         drawn.iter().map(|&(dir, weight)| weight * sky(dir)).collect()
     };
     let [whole, cut, marginal] = &drawn;
+    let compact = Sky::compact();
     let sun = (0..frames)
         .map(|frame| {
-            let axes = point::frame(frame, context.seed);
-            let sky = |dir| point::sun(point::to_world(&axes, dir));
+            let axes = sphere::frame(frame, context.seed);
+            let sky = |dir| compact.radiance(sphere::to_world(&axes, dir));
             moments(whole, &sky).deviation() / moments(marginal, &sky).deviation()
         })
         .collect();

@@ -3,8 +3,9 @@
 use fiber::{Dir, Hery, HeryMode, Hit, Model, Scatter, quadrature};
 use math::normal;
 
-use super::{numbers, point, white};
+use super::{point, white};
 use crate::chart::{Chart, Curve};
+use crate::sphere::numbers;
 use crate::{Context, Error, Measured, Report, Table, number, stats};
 
 const WIDTHS_DEG: [f64; 3] = [5.0, 10.0, 19.0];

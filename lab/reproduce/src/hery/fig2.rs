@@ -3,10 +3,11 @@
 use fiber::{Hery, HeryMode, Model, Scatter};
 use math::{Rgb, hash};
 
-use super::{numbers, point, white};
+use super::{point, white};
 use crate::chart::{Chart, Curve};
 use crate::raster::Raster;
 use crate::render::{self, Memory, Seen};
+use crate::sphere::{UNIFORM, numbers, uniform};
 use crate::{Context, Error, Measured, Report, Table, number, stats};
 
 /// Width of the lobe in the pictures, degrees.
@@ -42,10 +43,8 @@ fn estimates(fiber: &Hery<f64>, places: &[Option<Seen>], count: Option<u32>, see
             Some(match count {
                 None => point.sample(numbers(0, stream)).map_or(0.0, |sample| sample.weight.sum().luminance()),
                 Some(count) => {
-                    let values = (0..count).map(|i| {
-                        let [a, b, ..] = numbers(i, stream);
-                        point.eval(point::uniform([a, b])).sum().luminance() / point::UNIFORM
-                    });
+                    let values =
+                        (0..count).map(|i| point.eval(uniform(numbers(i, stream))).sum().luminance() / UNIFORM);
                     values.sum::<f64>() / f64::from(count)
                 }
             })
@@ -111,7 +110,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Report, Error> {
     for (i, (beta_deg, want)) in POINTS.into_iter().enumerate() {
         context.step("single points", i as f64 / POINTS.len() as f64)?;
         let fiber = white(beta_deg, HeryMode::Truncated);
-        let exact = point::variances(&point::nodes(&fiber, THETA_K), 1.0 / point::UNIFORM, |_| 1.0).light.sqrt();
+        let exact = point::variances(&point::nodes(&fiber, THETA_K), 1.0 / UNIFORM, |_| 1.0).light.sqrt();
         let samples = point::dome(&fiber, THETA_K, count, hash::mix3(context.seed, 77, i as u32));
         let (by_fiber, by_light) = (stats::deviation(&samples.fiber), stats::deviation(&samples.light));
         measured.push(

@@ -6,10 +6,10 @@ use film::{Film, View};
 use math::hash;
 use scene::Scene;
 
-use super::sky::Sky;
 use crate::chart::{Chart, Curve};
 use crate::raster::Raster;
 use crate::render::{self, Memory};
+use crate::sky::Sky;
 use crate::{Context, Error, Measured, Report, Table, number, stats};
 
 /// Width of the lobe, degrees.

@@ -4,11 +4,11 @@ use fiber::HeryMode;
 use math::hash;
 
 use super::fig3::{Ball, Method, error, shown};
-use super::sky::Sky;
 use super::{point, white};
 use crate::chart::{Chart, Curve};
 use crate::raster::Raster;
-use crate::{Context, Error, Measured, Report, Table, number, stats};
+use crate::sky::Sky;
+use crate::{Context, Error, Measured, Report, Table, number, sphere, stats};
 
 const WIDTHS_DEG: [f64; 4] = [5.0, 7.5, 10.0, 15.0];
 /// Inclination of the view at single points, radians.
@@ -50,8 +50,8 @@ fn ratios(context: &Context<'_>, sky: &Sky, theta_k: Option<f64>, frames: u32) -
                 let sin = f64::from(hash::signed(i, hash::mix2(context.seed, 500)));
                 nodes = point::nodes(&fiber, sin.asin());
             }
-            let axes = point::frame(i, context.seed);
-            let v = point::variances(&nodes, sky.total(), |dir| sky.radiance(point::to_world(&axes, dir)));
+            let axes = sphere::frame(i, context.seed);
+            let v = point::variances(&nodes, sky.total(), |dir| sky.radiance(sphere::to_world(&axes, dir)));
             ratios.light.push(v.light / v.fiber);
             ratios.both.push(v.both / v.fiber);
             ratios.deviation.push(v.fiber.sqrt() / v.mean);

@@ -4,9 +4,10 @@ use fiber::{Dir, Hery, HeryMode, Hit, Model, R, Scatter, TRT};
 use film::{Film, View};
 use math::Rgb;
 
-use super::{lobe, numbers};
+use super::lobe;
 use crate::raster::Raster;
 use crate::render::{self, Memory};
+use crate::sphere::numbers;
 use crate::stats::{Bell, bell};
 use crate::{Context, Error, Measured, Report, Table, number, stats};
 

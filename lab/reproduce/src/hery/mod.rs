@@ -16,7 +16,6 @@ mod fig3;
 mod fig4;
 mod fig5;
 mod point;
-mod sky;
 
 use fiber::{Hery, HeryLobe, HeryMode};
 use math::Rgb;
@@ -77,13 +76,4 @@ fn lobe(tint: Rgb<f64>, beta_deg: f64, alpha_deg: f64) -> HeryLobe<f64> {
 /// A fiber with one lobe that reflects everything, not tilted.
 fn white(beta_deg: f64, mode: HeryMode) -> Hery<f64> {
     Hery { lobes: [lobe(Rgb::white(), beta_deg, 0.0), HeryLobe::none()], mode, cos_theta_d: false }
-}
-
-/// The five numbers of sample `index` in `stream`.
-fn numbers(index: u32, stream: u32) -> [f64; fiber::DIMS] {
-    let mut dimension = 0;
-    [0.0; fiber::DIMS].map(|_: f64| {
-        dimension += 1;
-        f64::from(math::hash::unit(index, math::hash::mix2(stream, dimension)))
-    })
 }

@@ -2,9 +2,9 @@
 
 use fiber::quadrature::rule;
 use fiber::{Dir, Hery, Hit, Model, Scatter};
-use math::{DVec3, Frame, hash, warp};
+use math::hash;
 
-use super::numbers;
+use crate::sphere::{UNIFORM, numbers, uniform};
 
 /// A direction of the sphere in the fiber's frame, the solid angle that it stands for, and the fiber's value.
 #[derive(Clone, Copy, Debug)]
@@ -85,28 +85,6 @@ pub(super) fn variances(nodes: &[Node], total: f64, mut sky: impl FnMut([f64; 3]
     }
 }
 
-/// A frame turned at random, the same for the same index and seed: its axes in the world.
-pub(super) fn frame(index: u32, seed: u32) -> [DVec3; 3] {
-    let u = |stream: u32| hash::unit(index, hash::mix2(seed, stream));
-    let frame = Frame::around(warp::uniform_sphere([u(101), u(102)]));
-    let (sin, cos) = (std::f32::consts::TAU * u(103)).sin_cos();
-    let v = frame.v * cos + frame.w * sin;
-    [frame.u, v, frame.u.cross(v)].map(|axis| axis.as_dvec3())
-}
-
-/// A vector of the fiber's frame in the world.
-pub(super) fn to_world(axes: &[DVec3; 3], [u, v, w]: [f64; 3]) -> DVec3 {
-    axes[0] * u + axes[1] * v + axes[2] * w
-}
-
-/// A direction uniform over the sphere, in double precision.
-pub(super) fn uniform([a, b]: [f64; 2]) -> Dir<f64> {
-    Dir::from_sin(1.0 - 2.0 * a, std::f64::consts::TAU * b)
-}
-
-/// Density of [`uniform`].
-pub(super) const UNIFORM: f64 = 0.25 * std::f64::consts::FRAC_1_PI;
-
 /// What single samples give in a white dome of radiance 1, for a fiber seen at `theta_k`: samples of the fiber,
 /// samples of the dome, and one of each by the balance heuristic.
 pub(super) struct Dome {
@@ -120,8 +98,7 @@ pub(super) fn dome(fiber: &Hery<f64>, theta_k: f64, count: u32, stream: u32) -> 
     let point = fiber.prepare(&Hit::new(Dir::new(theta_k, 0.0), 0.0));
     let mut out = Dome { fiber: Vec::new(), light: Vec::new(), both: Vec::new() };
     for i in 0..count {
-        let [a, b, ..] = numbers(i, hash::mix2(stream, 1));
-        let (value, pdf) = point.eval_pdf(uniform([a, b]));
+        let (value, pdf) = point.eval_pdf(uniform(numbers(i, hash::mix2(stream, 1))));
         let value = value.sum().luminance();
         out.light.push(value / UNIFORM);
         let mut both = value / (pdf + UNIFORM);
@@ -182,15 +159,6 @@ mod tests {
             assert!((got / want - 1.0).abs() < 0.09, "{got} and {want}");
             // Means: 4 standard errors.
             assert!((stats::mean(samples) - 1.0).abs() < 4.0 * (want / 40_000.0).sqrt());
-        }
-    }
-
-    #[test]
-    fn frames_are_right_handed_and_differ() {
-        for i in 0..50 {
-            let [u, v, w] = frame(i, 3);
-            assert!((u.cross(v) - w).length() < 1e-5 && u.dot(v).abs() < 1e-5 && (u.length() - 1.0).abs() < 1e-5);
-            assert!((frame(i + 1, 3)[0] - u).length() > 1e-4);
         }
     }
 }

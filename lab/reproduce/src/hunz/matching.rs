@@ -7,6 +7,7 @@ use film::Film;
 use math::Rgb;
 
 use super::ratio;
+use crate::stats::solve;
 
 /// Difference of two pictures, root mean square over the hair and relative, up to which they count as alike, and
 /// up to which as a perfect match. The thesis compares by eye; these are ours.
@@ -214,28 +215,6 @@ pub(super) fn factors(basis: [&[f64]; 3], want: &[f64]) -> ([f64; 3], f64) {
         }
     }
     best
-}
-
-/// Solves three linear equations, the right side in the last column; `None` where they are dependent.
-fn solve(mut m: [[f64; 4]; 3]) -> Option<[f64; 3]> {
-    for i in 0..3 {
-        let pivot = (i..3).max_by(|&a, &b| m[a][i].abs().total_cmp(&m[b][i].abs()))?;
-        m.swap(i, pivot);
-        let row = m[i];
-        if !(row[i].abs() > 0.0) {
-            return None;
-        }
-        for (j, other) in m.iter_mut().enumerate() {
-            if j != i {
-                let factor = other[i] / row[i];
-                for (cell, x) in other.iter_mut().zip(row) {
-                    *cell -= factor * x;
-                }
-            }
-        }
-    }
-    let x = [m[0][3] / m[0][0], m[1][3] / m[1][1], m[2][3] / m[2][2]];
-    x.iter().all(|x| x.is_finite()).then_some(x)
 }
 
 /// Sum of the squared differences of all channels.

@@ -7,37 +7,37 @@ use scene::EnvironmentImage;
 
 /// Radiance over directions, grey. The integral of a lobe over the sphere is its weight.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Sky {
-    pub(super) name: &'static str,
-    pub(super) base: f64,
-    pub(super) lobes: Vec<Lobe>,
+pub(crate) struct Sky {
+    pub(crate) name: &'static str,
+    pub(crate) base: f64,
+    pub(crate) lobes: Vec<Lobe>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lobe {
-    pub(super) weight: f64,
+pub(crate) struct Lobe {
+    pub(crate) weight: f64,
     /// Concentration: the standard deviation is about `1/√κ` radians.
-    pub(super) kappa: f64,
+    pub(crate) kappa: f64,
     /// Any length.
-    pub(super) towards: DVec3,
+    pub(crate) towards: DVec3,
 }
 
 impl Sky {
     /// Two broad lights, 29 and 33 degrees wide: the environment in which the claim is tried.
-    pub(super) fn soft() -> Self {
+    pub(crate) fn soft() -> Self {
         let lobe = |kappa, x, y, z| Lobe { weight: 3.0, kappa, towards: DVec3::new(x, y, z) };
         Self { name: "soft", base: 0.25, lobes: vec![lobe(4.0, 0.3, 0.8, 0.52), lobe(3.0, -0.5, 0.1, -0.8)] }
     }
 
     /// Three compact lights, 20, 13 and 7 degrees wide.
-    pub(super) fn compact() -> Self {
+    pub(crate) fn compact() -> Self {
         let lobe = |kappa, x, y, z| Lobe { weight: 3.0, kappa, towards: DVec3::new(x, y, z) };
         let lobes = vec![lobe(8.0, 0.3, 0.8, 0.52), lobe(20.0, -0.5, 0.1, -0.8), lobe(60.0, 0.7, -0.2, 0.6)];
         Self { name: "compact", base: 0.25, lobes }
     }
 
     /// Radiance from a direction.
-    pub(super) fn radiance(&self, dir: DVec3) -> f64 {
+    pub(crate) fn radiance(&self, dir: DVec3) -> f64 {
         let lobes = self.lobes.iter().map(|lobe| {
             let towards = lobe.towards / lobe.towards.length();
             // Normalised without overflow: κ/(2π(1 - e^{-2κ})) e^{κ(cos - 1)}.
@@ -48,12 +48,12 @@ impl Sky {
     }
 
     /// Its integral over the sphere.
-    pub(super) fn total(&self) -> f64 {
+    pub(crate) fn total(&self) -> f64 {
         4.0 * PI * self.base + self.lobes.iter().map(|lobe| lobe.weight).sum::<f64>()
     }
 
     /// As a lat-long picture of `2 height` by `height` texels.
-    pub(super) fn image(&self, height: u32) -> EnvironmentImage {
+    pub(crate) fn image(&self, height: u32) -> EnvironmentImage {
         let width = 2 * height;
         let pixels = (0..width * height)
             .map(|i| {
@@ -69,7 +69,23 @@ impl Sky {
 
 #[cfg(test)]
 mod tests {
+    use fiber::quadrature::rule;
+
     use super::*;
+
+    #[test]
+    fn a_sky_holds_its_lights() {
+        for sky in [Sky::soft(), Sky::compact()] {
+            let mut sum = 0.0;
+            for &(x, wx) in rule(160) {
+                for &(y, wy) in rule(256) {
+                    let (radius, phi) = ((1.0 - x * x).sqrt(), PI * y);
+                    sum += wx * wy * PI * sky.radiance(DVec3::new(radius * phi.cos(), x, radius * phi.sin()));
+                }
+            }
+            assert!((sum / sky.total() - 1.0).abs() < 1e-6, "{}: {sum} and {}", sky.name, sky.total());
+        }
+    }
 
     #[test]
     fn pictures_hold_the_total_of_the_closed_form() {
