@@ -36,6 +36,7 @@
 //! - Absorption is per fiber radius, per linear Rec.709 channel.
 
 pub mod absorption;
+pub mod convert;
 pub mod lobe;
 pub mod multiple;
 pub mod quadrature;

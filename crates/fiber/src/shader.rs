@@ -54,6 +54,7 @@ parts! {
     "marschner" in "model/marschner.wgsl"
         needs ["fiber", "longitudinal", "attenuation", "roots", "caustic", "lambertian"];
     "table" in "table.wgsl" needs ["fiber", "longitudinal", "lambertian", "deon", "chiang"];
+    "spread" in "multiple/spread.wgsl" needs ["fiber", "longitudinal"];
     "fur" in "model/fur.wgsl" needs ["fiber", "longitudinal", "attenuation", "azimuthal"];
 }
 

@@ -209,7 +209,7 @@ impl Closure {
 
     /// Light through a surface at right angles to its direction, per light that arrives, once it is scattered:
     /// the mean of the cosine over the half circle.
-    fn flux(self) -> f64 {
+    pub(super) fn flux(self) -> f64 {
         match self {
             Self::Medium => 0.25 * PI,
             Self::Rows => 2.0 / PI,
@@ -226,7 +226,7 @@ impl Closure {
 }
 
 /// Light that a surface returns evenly over its half circle has ½ of its flux in every direction: `∫ ½ cos φ dφ = 1`.
-const EVEN: f64 = 0.5;
+pub(super) const EVEN: f64 = 0.5;
 
 /// Beyond this many standard deviations scattered light is nothing.
 const REACH: f64 = 6.0;
@@ -384,17 +384,17 @@ impl<F: Real, M: Model<F>> DualScattering<F, M> {
 }
 
 /// Keeps a variance where the longitudinal density has its digits.
-fn widened<F: Real>(v: F) -> F {
+pub(super) fn widened<F: Real>(v: F) -> F {
     v.max(F::of(MIN_VARIANCE))
 }
 
 /// Inclination of entry `i` of `count`.
-fn table_theta(i: usize, count: usize) -> f64 {
+pub(super) fn table_theta(i: usize, count: usize) -> f64 {
     ((i as f64 + 0.5) / count as f64 - 0.5) * PI
 }
 
 /// A table at the inclination `theta` of the known direction, straight between entries.
-fn lookup<F: Real>(table: &[Side<F>], theta: F) -> Side<F> {
+pub(super) fn lookup<F: Real>(table: &[Side<F>], theta: F) -> Side<F> {
     let last = table.len() - 1;
     let at = ((theta.f64() / PI + 0.5) * table.len() as f64 - 0.5).clamp(0.0, last as f64);
     let low = (at as usize).min(last - 1);
@@ -409,7 +409,7 @@ fn lookup<F: Real>(table: &[Side<F>], theta: F) -> Side<F> {
 }
 
 /// Even points of the unit cube: a row of equal steps with the radical inverses to the first primes (Hammersley).
-fn points(count: usize) -> impl Iterator<Item = [f64; 1 + DIMS]> {
+pub(super) fn points(count: usize) -> impl Iterator<Item = [f64; 1 + DIMS]> {
     const PRIMES: [usize; DIMS] = [2, 3, 5, 7, 11];
     let radical_inverse = |mut i: usize, base: usize| {
         let (mut x, mut digit) = (0.0, 1.0);

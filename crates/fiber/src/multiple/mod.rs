@@ -2,3 +2,4 @@
 
 pub mod albedo;
 pub mod dual_scattering;
+pub mod spread;
