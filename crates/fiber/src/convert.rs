@@ -212,7 +212,7 @@ impl Look {
             }
             Fiber::Hery(m) => {
                 let [first, second] = m.lobes;
-                let second = (!second.tint.is_black()).then(|| [2.0 * second.beta, 2.0 * second.alpha]);
+                let second = (!second.tint.is_black()).then_some([2.0 * second.beta, 2.0 * second.alpha]);
                 let look = Self::painted(measured(&m.prepare(&across())));
                 look.with_highlights([2.0 * first.beta, 2.0 * first.alpha], second)
             }

@@ -209,7 +209,9 @@ fn light_across_the_fiber_stays() {
 #[test]
 fn nothing_makes_light_and_everything_is_finite() {
     // Fibers at the ends of their parameters, among them all that make light.
-    let white = Sadeghi { mode: SadeghiMode::Legacy, ..Sadeghi::default() };
+    // Glints as wide as the quadrature here can see: they become azimuthal widths.
+    let glint = Glint { width: 15.0_f64.to_radians(), ..Glint::default() };
+    let white = Sadeghi { mode: SadeghiMode::Legacy, glint, ..Sadeghi::default() };
     let bright = KajiyaKay::single(Rgb::white(), Rgb::white(), 25.0, KajiyaKayMode::Thesis);
     let doubled = Marschner { norm: MarschnerNorm::AsPrinted, ..Marschner::with_absorption(Rgb::black()) };
     let ends = [
