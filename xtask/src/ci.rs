@@ -28,7 +28,7 @@ impl fmt::Display for Step {
 
 /// All steps, in their order; the same as in `.ci/run`.
 pub const STEPS: [Step; 6] = [
-    Step { variable: None, args: &["test", "--workspace"] },
+    Step { variable: None, args: &["xtask", "test"] },
     Step {
         variable: None,
         args: &["test", "--release", "--package", "cuticle-fiber", "--features", "slow", "--test", "grid"],

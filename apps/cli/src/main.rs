@@ -1,13 +1,18 @@
-//! `cuticle`: path traces hair from the command line.
+//! `cuticle`: renders hair from the command line.
 //!
 //! A thin door: what takes time is a job, what is computed lies in the libraries.
 
 mod compare;
+mod compare_renderers;
 mod fiber_eval;
+mod input;
 mod lobes;
+mod measure;
 mod model;
+mod preview;
 mod render;
 mod reproduce;
+mod techniques;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -26,6 +31,8 @@ struct Cli {
 enum Command {
     /// Path trace a scene, a groom, or (with no argument) the built-in head of hair
     Render(render::Args),
+    /// Draw one frame by the interactive renderer, with techniques to choose from, and say what each pass costs
+    Preview(Box<preview::Args>),
     /// Describe a groom file and say what looks wrong with it
     Info {
         /// Groom files (.hair)
@@ -49,6 +56,10 @@ enum Command {
     },
     /// Try the papers' claims and figures, and write a page about each
     Reproduce(reproduce::Args),
+    /// Measure what the interactive renderer's techniques cost, as the thesis does, and write pages
+    Measure(measure::Args),
+    /// Hold the interactive renderer against the path tracer, and write a page
+    CompareRenderers(compare_renderers::Args),
     /// Measure how far one picture is from another
     Compare(compare::Args),
 }
@@ -85,6 +96,7 @@ fn main() -> ExitCode {
 fn run(cli: Cli) -> anyhow::Result<ExitCode> {
     match cli.command {
         Command::Render(args) => render::run(&args),
+        Command::Preview(args) => preview::run(&args),
         Command::Info { files, unit_m } => {
             check_unit(unit_m)?;
             for file in files {
@@ -99,6 +111,8 @@ fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Fiber { command: FiberCommand::Eval(args) } => fiber_eval::run(&args),
         Command::Lobes { command } => lobes::run(&command),
         Command::Reproduce(args) => reproduce::run(&args),
+        Command::Measure(args) => measure::run(&args),
+        Command::CompareRenderers(args) => compare_renderers::run(&args),
         Command::Compare(args) => compare::run(&args),
     }
 }

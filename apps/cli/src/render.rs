@@ -6,42 +6,20 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use job::{Cancel, Event, GroomView, Metadata, Options, Outcome, Outputs, SimdLevel, Source, UpAxis, View};
+use job::{Cancel, Event, Metadata, Options, Outcome, Outputs, SimdLevel, View};
+
+use super::input::{self, Input};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// Scene file (.toml); without one, the built-in scene
-    scene: Option<PathBuf>,
-    /// Render this groom alone, framed and lit automatically
-    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
-    groom: Option<PathBuf>,
-    /// Up axis of --groom; guessed from the strands if left out
-    #[arg(long, value_parser = ["x", "y", "z"], requires = "groom")]
-    up: Option<String>,
-    /// Where --groom is seen from: degrees around the vertical
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, requires = "groom")]
-    azimuth: Option<f32>,
-    /// Where --groom is seen from: degrees above the horizon
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, requires = "groom")]
-    elevation: Option<f32>,
-    /// Metres per unit of --groom and --head (0.01 for centimetres), to judge widths
-    #[arg(long, value_name = "METRES", allow_negative_numbers = true, requires = "groom")]
-    unit_m: Option<f32>,
-    /// A mesh under --groom (.obj, .ply), in the groom's units and axes
-    #[arg(long, value_name = "FILE", requires = "groom")]
-    head: Option<PathBuf>,
-    /// Light --groom by this lat-long picture (.hdr, .exr)
-    #[arg(long, value_name = "FILE", requires = "groom")]
-    env: Option<PathBuf>,
+    #[command(flatten)]
+    input: Input,
     /// Samples per pixel
     #[arg(long, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     samples: Option<u32>,
     /// Stop after this much rendering, such as 60s, 5m or 1h
     #[arg(long, allow_negative_numbers = true, value_parser = parse_duration)]
     time: Option<Duration>,
-    /// Picture size, such as 1280x720
-    #[arg(long, allow_hyphen_values = true, value_parser = parse_size)]
-    size: Option<(u32, u32)>,
     /// Changes the noise and nothing else
     #[arg(long, allow_negative_numbers = true)]
     seed: Option<u32>,
@@ -51,9 +29,6 @@ pub(crate) struct Args {
     /// Instruction set: auto, sse2, sse4_2, avx2, avx512; the picture is the same
     #[arg(long, default_value = "auto")]
     simd: SimdLevel,
-    /// Override a value of the scene, such as look.main.eumelanin=0.3; may be repeated
-    #[arg(long = "set", value_name = "PATH=VALUE")]
-    set: Vec<String>,
     /// How the PNG is developed: srgb, filmic or agx; the scene's choice if left out
     #[arg(long)]
     view: Option<View>,
@@ -69,38 +44,17 @@ pub(crate) struct Args {
 const INTERRUPTED: u8 = 130;
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    for (flag, angle, most) in [("--azimuth", args.azimuth, 1e6), ("--elevation", args.elevation, 89.0)] {
-        if let Some(angle) = angle.filter(|a| !(a.abs() <= most)) {
-            bail!("{flag} is {angle}; it must be a number of degrees between -{most} and {most}");
-        }
-    }
-    super::check_unit(args.unit_m)?;
+    args.input.check()?;
     let outputs = Outputs::from_name(&args.output)?;
     outputs.check()?;
 
-    let source = source(args);
-    let scene = job::load(&source, &overrides(args))?;
-    for warning in &scene.warnings {
-        super::say(&format!("warning: {warning}"));
-    }
+    let scene = args.input.load(overrides(args))?;
     let say = |text: String| {
         if !args.quiet {
             super::say(&text);
         }
     };
-    let strands: usize = scene.grooms.iter().map(|g| g.groom.strand_count()).sum();
-    say(format!(
-        "{}: {} strands, {} x {} pixels, up to {} samples each",
-        match (&source, scene.name.as_str()) {
-            (Source::Builtin, _) => "built-in scene".to_owned(),
-            (_, "") => "scene".to_owned(),
-            (_, name) => name.to_owned(),
-        },
-        grouped(strands as u64),
-        scene.film.width,
-        scene.film.height,
-        scene.render.samples
-    ));
+    say(format!("{}, up to {} samples each", args.input.heading(&scene), scene.render.samples));
 
     let cancel = Cancel::default();
     {
@@ -115,11 +69,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .context("cannot listen for Ctrl-C")?;
     }
 
-    let view = args.view.unwrap_or(match scene.film.view {
-        job::SceneView::Srgb => View::Srgb,
-        job::SceneView::Filmic => View::Filmic,
-        job::SceneView::Agx => View::Agx,
-    });
+    let view = input::view(args.view, &scene);
     let exposure = scene.film.exposure_ev;
     let command: Vec<String> = std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect();
     let command = command.join(" ");
@@ -150,30 +100,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(if outcome.cancelled { ExitCode::from(INTERRUPTED) } else { ExitCode::SUCCESS })
 }
 
-fn source(args: &Args) -> Source {
-    match (&args.scene, &args.groom) {
-        (Some(path), _) => Source::File(path.clone()),
-        (None, Some(path)) => {
-            let default = GroomView::default();
-            let view = GroomView {
-                up: args.up.as_deref().map(|up| match up {
-                    "x" => UpAxis::X,
-                    "z" => UpAxis::Z,
-                    _ => UpAxis::Y,
-                }),
-                azimuth_deg: args.azimuth.unwrap_or(default.azimuth_deg),
-                elevation_deg: args.elevation.unwrap_or(default.elevation_deg),
-                unit_m: args.unit_m.unwrap_or(default.unit_m),
-                head: args.head.clone(),
-                environment: args.env.clone(),
-            };
-            Source::Groom(path.clone(), view)
-        }
-        (None, None) => Source::Builtin,
-    }
-}
-
-/// Flags are overrides like any other; what `--set` says comes last and wins.
+/// What the flags of this command override in the scene.
 fn overrides(args: &Args) -> Vec<String> {
     let mut all = Vec::new();
     match args.samples {
@@ -185,11 +112,6 @@ fn overrides(args: &Args) -> Vec<String> {
     if let Some(seed) = args.seed {
         all.push(format!("render.seed={seed}"));
     }
-    if let Some((width, height)) = args.size {
-        all.push(format!("film.width={width}"));
-        all.push(format!("film.height={height}"));
-    }
-    all.extend(args.set.iter().cloned());
     all
 }
 
@@ -292,19 +214,6 @@ fn clock(time: Duration) -> String {
     }
 }
 
-/// `1234567` as `1,234,567`.
-fn grouped(n: u64) -> String {
-    let digits = n.to_string();
-    let mut out = String::new();
-    for (i, c) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push(',');
-        }
-        out.push(c);
-    }
-    out
-}
-
 fn parse_duration(text: &str) -> anyhow::Result<Duration> {
     let (number, factor) = match text.char_indices().last() {
         Some((at, 's')) => (&text[..at], 1.0),
@@ -319,42 +228,22 @@ fn parse_duration(text: &str) -> anyhow::Result<Duration> {
     Ok(Duration::from_secs_f64(seconds * factor))
 }
 
-/// What scenes accept, too.
-const LONGEST_SIDE: u32 = 16_384;
-
-fn parse_size(text: &str) -> anyhow::Result<(u32, u32)> {
-    let hint = || format!("{text:?} is no size; write it as 1280x720");
-    let (width, height) = text.split_once(['x', 'X']).with_context(hint)?;
-    let size: (u32, u32) = (width.parse().with_context(hint)?, height.parse().with_context(hint)?);
-    let sides = 1..=LONGEST_SIDE;
-    if !sides.contains(&size.0) || !sides.contains(&size.1) {
-        bail!("{text:?} is out of range; each side lies between 1 and {LONGEST_SIDE} pixels");
-    }
-    Ok(size)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn durations_and_sizes_are_read_as_people_write_them() {
+    fn durations_are_read_as_people_write_them() {
         assert_eq!(parse_duration("90s").unwrap(), Duration::from_secs(90));
         assert_eq!(parse_duration("1.5m").unwrap(), Duration::from_secs(90));
         assert_eq!(parse_duration("2").unwrap(), Duration::from_secs(2));
         for wrong in ["", "s", "-3s", "nan", "1e99h", "ten", "5µ"] {
             assert!(parse_duration(wrong).is_err(), "{wrong}");
         }
-        assert_eq!(parse_size("1280x720").unwrap(), (1280, 720));
-        for wrong in ["1280", "x", "-1x5", "1280x720x3"] {
-            assert!(parse_size(wrong).is_err(), "{wrong}");
-        }
     }
 
     #[test]
-    fn numbers_are_grouped_and_times_told_like_a_clock() {
-        assert_eq!(grouped(50_000), "50,000");
-        assert_eq!(grouped(999), "999");
+    fn times_are_told_like_a_clock() {
         assert_eq!(clock(Duration::from_secs(3725)), "1:02:05");
     }
 }

@@ -21,7 +21,7 @@ mod real;
 mod rgb;
 
 pub use frame::Frame;
-pub use glam::{Affine3A, DVec3, Mat3, Quat, Vec2, Vec3, Vec4};
+pub use glam::{Affine3A, DVec3, Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 pub use real::Real;
 pub use rgb::{LUMINANCE, Rgb};
 
