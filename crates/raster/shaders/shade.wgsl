@@ -2,20 +2,33 @@
 //
 // What stands in front of this text was put together for the scene: the fiber models in use, `shade_fiber` (their
 // values by entry of the palette), the lamps, one shadow technique, and the constants
-// `SHADE_DEFERRED`, `SHADE_MULTIPLE`, `SHADE_HARMONICS` (bool), `SHADE_STRENGTH` (of shadows),
-// `SHADE_DENSITY_FORWARD`, `SHADE_DENSITY_BACKWARD` (f32).
+// `SHADE_DEFERRED`, `SHADE_MULTIPLE`, `SHADE_HARMONICS` (bool), `SHADE_DENSITY_FORWARD`, `SHADE_DENSITY_BACKWARD`
+// (f32).
 
 // Rows of the curves; see `multiple/spread.rs` of the fiber library.
 const SHADE_ROWS: f32 = 12.0;
 
-// The axes of a fiber: the first one along the tangent.
-fn shade_frame(tangent: vec3f, strand: u32) -> mat3x3f {
-    // Elliptical fibers have their longer diameter along the second axis: another direction on every strand.
+// Directions that the longer diameters of elliptical fibers have: 5 bits, which is what a payload has room for.
+const SHADE_LOTS: u32 = 32u;
+const SHADE_GOLDEN_ANGLE: f32 = 2.39996323;
+
+// Which of them a strand has.
+fn shade_lot(strand: u32) -> u32 {
+    // A permuted congruential generator; its upper five bits.
     var x = strand * 747796405u + 2891336453u;
     x = ((x >> ((x >> 28u) + 4u)) ^ x) * 277803737u;
-    x = (x >> 22u) ^ x;
-    let z = f32(x & 0xffffu) / 32768.0 - 1.0;
-    let turn = f32(x >> 16u) * (TAU / 65536.0);
+    return ((x >> 22u) ^ x) >> 27u;
+}
+
+// The axes of a fiber: the first one along the tangent, the second one along the longer diameter of an elliptical
+// fiber. That keeps its direction along a strand, and is another one on other strands.
+//
+// The directions are a Fibonacci lattice on half a sphere; on the other half the ellipses would be the same. So they
+// lie evenly about every tangent, as the random ones of the path tracer do on average: many strands look alike in both,
+// but no strand has the very axis that it has there.
+fn shade_frame(tangent: vec3f, lot: u32) -> mat3x3f {
+    let z = (f32(lot) + 0.5) / f32(SHADE_LOTS);
+    let turn = f32(lot) * SHADE_GOLDEN_ANGLE;
     let axis = vec3f(sqrt(max(1.0 - z * z, 0.0)) * vec2f(cos(turn), sin(turn)), z);
     var v = axis - tangent * dot(axis, tangent);
     if dot(v, v) < 1e-8 {
@@ -53,28 +66,41 @@ fn shade_front(n: f32, side: SpreadSide) -> Front {
     return Front(open, scattered, side.shift * crossed, side.variance * crossed);
 }
 
-// Radiance towards the viewer.
-fn shade(f: Fragment) -> vec3f {
+// Radiance towards the viewer, of a fragment whose strand has this lot; `f.strand` is not looked at.
+fn shade_as(f: Fragment, lot: u32) -> vec3f {
     let entry = shade_entries[f.entry];
-    let frame = shade_frame(f.tangent, f.strand);
+    let frame = shade_frame(f.tangent, lot);
     let known = shade_dir(frame, view_to_eye(f.position));
     var sum = vec3f(0.0);
+    // Lamps that shine here, and how much of them gets through the hair.
+    var shining = 0.0;
     var open = 0.0;
     let count = lamp_count();
     for (var i = 0u; i < count; i++) {
         let light = lamp_arriving(i, f.position);
+        if all(light.irradiance <= vec3f(0.0)) {
+            continue;
+        }
         let solid = shadow_solid(i, f.position);
-        if solid <= 0.0 || all(light.irradiance <= vec3f(0.0)) {
+        if solid <= 0.0 && !SHADE_HARMONICS {
             continue;
         }
         let s = shade_dir(frame, light.direction);
+        var front = spread_open();
+        if SHADE_MULTIPLE {
+            front = shade_front(shadow_fibers(i, f.position), shade_side(0.0, -dir_theta(s), entry.layer));
+        } else {
+            front.direct = shadow_lit(i, f.position);
+        }
+        shining += 1.0;
+        open += front.direct;
+        if solid <= 0.0 {
+            continue;
+        }
         let direct = shade_fiber(entry, known, f.h, f.width_px, s);
         var value = vec3f(0.0);
         if SHADE_MULTIPLE {
-            let theta = dir_theta(s);
-            let theta_d = 0.5 * (dir_theta(known) - theta);
-            let n = SHADE_STRENGTH * shadow_fibers(i, f.position);
-            let front = shade_front(n, shade_side(0.0, -theta, entry.layer));
+            let theta_d = 0.5 * (dir_theta(known) - dir_theta(s));
             let same = cos(s.phi - known.phi) >= 0.0;
             let around = shade_side(select(6.0, 3.0, same), theta_d, entry.layer);
             let at = spread_glow_coords(known, s, vec2f(textureDimensions(shade_glow_a)));
@@ -93,21 +119,24 @@ fn shade(f: Fragment) -> vec3f {
                 SHADE_DENSITY_FORWARD,
                 SHADE_DENSITY_BACKWARD,
             );
-            open += front.direct;
         } else {
-            let lit = shadow_lit(i, f.position);
-            value = lobes_sum(direct) * lit;
-            open += lit;
+            value = lobes_sum(direct) * front.direct;
         }
         sum += light.irradiance * (solid * value);
     }
     if SHADE_HARMONICS {
-        // The smooth part of the surroundings has no shadow map: as much of it gets here as of the lamps on average.
-        let share = select(open / f32(count), 1.0, count == 0u);
+        // The smooth part of the surroundings has no shadow map: as much of it gets through the hair as of the lamps on
+        // average. Lamps that do not shine here say nothing about the hair; behind a mesh they still do.
+        let share = select(open / max(shining, 1.0), 1.0, shining == 0.0);
         let albedo = shade_curve(11.0, dir_theta(known), entry.layer).xyz;
         sum += albedo * share * lamp_ambient(view_to_eye(f.position));
     }
     return sum;
+}
+
+// Radiance towards the viewer.
+fn shade(f: Fragment) -> vec3f {
+    return shade_as(f, shade_lot(f.strand));
 }
 
 // --- What is kept of a fragment until the picture is put together: eight bytes.
@@ -128,11 +157,28 @@ fn payload_direction(p: vec2f) -> vec3f {
     return normalize(d);
 }
 
+// Shaded forward, radiance and alpha as halves. Deferred, the first word is the tangent; the second, from its lowest
+// bit on:
+//
+//     8 bits   entry of the palette
+//     11 bits  square root of alpha: steps shrink with it, and 1e-7 is not nothing yet
+//     7 bits   h; an odd number of steps, so that the middle is one
+//     1 bit    the fiber is wide enough to be seen from near
+//     5 bits   the strand's lot
+const PAYLOAD_ALPHA: f32 = 2047.0;
+const PAYLOAD_H: f32 = 63.0;
+const PAYLOAD_WIDE: u32 = 0x4000000u;
+// Where as much of the near field counts as of the far one, pixels; and a width with nothing but the near one.
+const PAYLOAD_WIDE_PX: f32 = 1.125;
+const PAYLOAD_NEAR_PX: f32 = 2.0;
+
 fn fragment_payload(f: Fragment) -> vec2u {
     if SHADE_DEFERRED {
-        let alpha = u32(round(clamp(f.alpha, 0.0, 1.0) * 2047.0));
-        let h = u32(round((0.5 + 0.5 * clamp(f.h, -1.0, 1.0)) * 255.0));
-        return vec2u(pack2x16snorm(payload_octahedral(f.tangent)), f.entry | (alpha << 12u) | (h << 23u));
+        let alpha = u32(round(sqrt(clamp(f.alpha, 0.0, 1.0)) * PAYLOAD_ALPHA));
+        let h = u32(round((1.0 + clamp(f.h, -1.0, 1.0)) * PAYLOAD_H));
+        let wide = select(0u, PAYLOAD_WIDE, f.width_px >= PAYLOAD_WIDE_PX);
+        let rest = f.entry | (alpha << 8u) | (h << 19u) | wide | (shade_lot(f.strand) << 27u);
+        return vec2u(pack2x16snorm(payload_octahedral(f.tangent)), rest);
     }
     let color = clamp(shade(f), vec3f(0.0), vec3f(60000.0));
     return vec2u(pack2x16float(color.xy), pack2x16float(vec2f(color.z, f.alpha)));
@@ -140,7 +186,8 @@ fn fragment_payload(f: Fragment) -> vec2u {
 
 fn payload_alpha(payload: vec2u) -> f32 {
     if SHADE_DEFERRED {
-        return f32((payload.y >> 12u) & 2047u) / 2047.0;
+        let root = f32((payload.y >> 8u) & 2047u) / PAYLOAD_ALPHA;
+        return root * root;
     }
     return unpack2x16float(payload.y).y;
 }
@@ -152,10 +199,11 @@ fn payload_color(payload: vec2u, pixel: vec2f, depth: f32) -> vec4f {
         f.depth = depth;
         f.tangent = payload_direction(unpack2x16snorm(payload.x));
         f.alpha = payload_alpha(payload);
-        f.h = f32((payload.y >> 23u) & 255u) / 127.5 - 1.0;
-        f.width_px = f.alpha;
-        f.entry = payload.y & 4095u;
-        return vec4f(shade(f), f.alpha);
+        f.h = f32((payload.y >> 19u) & 127u) / PAYLOAD_H - 1.0;
+        // The alpha of narrower fibers is their width, as long as hair is opaque.
+        f.width_px = select(f.alpha, PAYLOAD_NEAR_PX, (payload.y & PAYLOAD_WIDE) != 0u);
+        f.entry = payload.y & 255u;
+        return vec4f(shade_as(f, payload.y >> 27u), f.alpha);
     }
     let last = unpack2x16float(payload.y);
     return vec4f(unpack2x16float(payload.x), last.x, last.y);

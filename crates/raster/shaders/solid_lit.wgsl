@@ -16,7 +16,8 @@ fn solid_fragment(v: SolidVertex) -> @location(0) vec4f {
     normal = select(-normal, normal, dot(normal, geometric) >= 0.0);
     normal = select(geometric, normal, dot(normal, to_eye) > 0.0);
 
-    var arriving = vec3f(0.0);
+    // Nothing shadows ambient light on meshes. Without harmonics there is none.
+    var arriving = lamp_ambient_irradiance(normal);
     let count = lamp_count();
     for (var i = 0u; i < count; i++) {
         let light = lamp_arriving(i, v.position);

@@ -109,6 +109,17 @@ fn hair_place(k: u32, joint: u32) -> HairPlace {
     return hair_between(k, f32(joint) / f32(hair_geometry.subdivisions));
 }
 
+// Its position alone.
+fn hair_position(k: u32, joint: u32) -> vec3f {
+    if joint == 0u {
+        return hair_points[k].xyz;
+    }
+    if joint >= hair_geometry.subdivisions {
+        return hair_points[k + 1u].xyz;
+    }
+    return hair_between(k, f32(joint) / f32(hair_geometry.subdivisions)).position;
+}
+
 // What shading is to take for the tangent: on straight pieces their own direction.
 fn hair_shading_tangent(k: u32, place: HairPlace) -> vec3f {
     if hair_geometry.curved == 1u {
@@ -146,7 +157,6 @@ fn hair_ribbon(@builtin(vertex_index) index: u32) -> HairVertex {
     let pixel = hair_pixel(place.position);
     let radius = place.radius * hair_geometry.width;
     let drawn = max(radius, 0.5 * pixel);
-    let alpha = hair_geometry.opacity * min(radius / drawn, 1.0);
 
     // The path tracer's h is -N·normalize(tangent × to_eye), with N from the axis to the hit: it grows along
     // to_eye × tangent.
@@ -160,6 +170,18 @@ fn hair_ribbon(@builtin(vertex_index) index: u32) -> HairVertex {
         side = view.across;
     }
     side = hair_unit(side, vec3f(1.0, 0.0, 0.0));
+
+    // At a bend the side lies across the mean of two directions, for both pieces alike, so that they meet. Across its
+    // own direction a piece is narrower there, by the cosine between the two; alpha makes up for it. More than half is
+    // missing only where a strand turns back, and nothing can be made up for where alpha is 1.
+    let chord = hair_position(k, joint + 1u - end) - place.position;
+    let across = cross(to_eye, chord);
+    let across2 = dot(across, across);
+    var width_share = 1.0;
+    if across2 > 1e-12 * dot(chord, chord) {
+        width_share = clamp(abs(dot(side, across)) * inverseSqrt(across2), 0.5, 1.0);
+    }
+    let alpha = hair_geometry.opacity * min(radius / (drawn * width_share), 1.0);
 
     var v: HairVertex;
     v.position = place.position + side * (h * drawn);
@@ -214,6 +236,7 @@ fn hair_mix(word: u32) -> u32 {
 fn hair_fragment(v: HairVertex) -> Fragment {
     var f: Fragment;
     f.position = v.position;
+    // The same expression in every pass: techniques find fragments of another pass again by their depth.
     f.depth = view_depth(v.position);
     f.tangent = hair_unit(v.tangent, vec3f(1.0, 0.0, 0.0));
     f.alpha = clamp(v.across.y, 0.0, 1.0);

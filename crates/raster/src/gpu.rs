@@ -1,12 +1,13 @@
 //! The device: choosing an adapter, asking it for no more than is needed, and hearing of its errors.
 
+use std::panic::AssertUnwindSafe;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What the user may say about the device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct GpuOptions {
     /// Part of the adapter's name, in any case; `None`: the most capable one, which is never a software adapter while
-    /// there is another.
+    /// there is another that suffices.
     pub adapter: Option<String>,
     /// What may be asked of it.
     pub tier: Tier,
@@ -141,20 +142,23 @@ impl Gpu {
             wgpu::DeviceType::Other => 3,
             wgpu::DeviceType::Cpu => 4,
         });
-        let adapter = match &options.adapter {
-            None => adapters.first(),
-            Some(wanted) => {
-                let wanted = wanted.to_lowercase();
-                adapters.iter().find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted))
+        let wanted = options.adapter.as_ref().map(|wanted| wanted.to_lowercase());
+        let is_wanted = |adapter: &&wgpu::Adapter| {
+            wanted.as_ref().is_none_or(|wanted| adapter.get_info().name.to_lowercase().contains(wanted))
+        };
+        // One adapter is often there several times, by way of several drivers, not all of which suffice. If none does,
+        // what the best one lacks is what there is to say.
+        let mut lack = None;
+        for adapter in adapters.iter().filter(is_wanted) {
+            match Self::open(adapter, options.tier) {
+                Ok(gpu) => return Ok(gpu),
+                Err(error) => lack = lack.or(Some(error)),
             }
-        };
-        let Some(adapter) = adapter else {
-            return Err(GpuError::UnknownAdapter {
-                wanted: options.adapter.clone().unwrap_or_default(),
-                found: adapters.iter().map(|adapter| adapter.get_info().name).collect(),
-            });
-        };
-        Self::open(adapter, options.tier)
+        }
+        Err(lack.unwrap_or_else(|| GpuError::UnknownAdapter {
+            wanted: options.adapter.clone().unwrap_or_default(),
+            found: adapters.iter().map(|adapter| adapter.get_info().name).collect(),
+        }))
     }
 
     /// The adapters of this machine.
@@ -182,6 +186,19 @@ impl Gpu {
         ] {
             if found < needed {
                 lacking.push(format!("{name}: {found} of {needed}"));
+            }
+        }
+        // What WebGPU promises and drivers of older interfaces may not have; limits do not tell.
+        let can = adapter.get_downlevel_capabilities().flags;
+        for (name, needed) in [
+            ("storage buffers in vertex shaders", wgpu::DownlevelFlags::VERTEX_STORAGE),
+            ("storage buffers in fragment shaders", wgpu::DownlevelFlags::FRAGMENT_STORAGE),
+            ("fragment shaders that write storage buffers", wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
+            ("blending of each target by itself", wgpu::DownlevelFlags::INDEPENDENT_BLEND),
+            ("packing of half-precision numbers", wgpu::DownlevelFlags::SHADER_F16_IN_F32),
+        ] {
+            if !can.contains(needed) {
+                lacking.push(format!("it has no {name}"));
             }
         }
         let wanted = match tier {
@@ -262,6 +279,15 @@ impl Gpu {
         }
     }
 
+    /// The same device, taken for one whose buffers and bindings hold no more than so many bytes.
+    #[cfg(test)]
+    pub(crate) fn confined(&self, bytes: u64) -> Self {
+        let mut confined = self.clone();
+        confined.limits.max_storage_buffer_binding_size = bytes;
+        confined.limits.max_buffer_size = bytes;
+        confined
+    }
+
     /// Largest storage buffer that a shader can see, bytes.
     pub fn largest_binding(&self) -> u64 {
         self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size)
@@ -277,6 +303,14 @@ impl Gpu {
     /// # Errors
     /// The first error that the device reported, or that it is lost.
     pub fn check(&self) -> Result<(), GpuError> {
+        // A device says that it is gone only when it is asked.
+        let polled = self.poll(wgpu::PollType::Poll);
+        self.heard()?;
+        polled
+    }
+
+    /// The first complaint.
+    fn heard(&self) -> Result<(), GpuError> {
         let mut heard = lock(&self.complaints);
         if let Some(why) = &heard.lost {
             return Err(GpuError::Lost(why.clone()));
@@ -289,9 +323,24 @@ impl Gpu {
     /// # Errors
     /// As [`check`](Self::check).
     pub fn wait(&self) -> Result<(), GpuError> {
-        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
-        self.check()?;
-        polled.map(|_| ()).map_err(|error| GpuError::Lost(error.to_string()))
+        let polled = self.poll(wgpu::PollType::wait_indefinitely());
+        self.heard()?;
+        polled
+    }
+
+    /// Asks the device how far it is, or waits for it.
+    fn poll(&self, how: wgpu::PollType) -> Result<(), GpuError> {
+        // A device that is really lost (its driver was reset, it was unplugged) is first noticed here, and `wgpu` has no
+        // other answer to that than a panic. Nothing of ours is in the middle of a change while it runs: what is caught
+        // here is an error like others. Its message still goes to standard error.
+        match std::panic::catch_unwind(AssertUnwindSafe(|| self.device.poll(how))) {
+            Ok(polled) => polled.map(|_| ()).map_err(|error| GpuError::Lost(error.to_string())),
+            Err(_) => {
+                let why = "while it was waited for".to_owned();
+                lock(&self.complaints).lost.get_or_insert_with(|| why.clone());
+                Err(GpuError::Lost(why))
+            }
+        }
     }
 
     /// Gives the device up, as if it had been lost: for tests of what happens then.
@@ -356,33 +405,42 @@ impl Gpu {
         let (width, height) = (texture.width(), texture.height());
         let row = width * texel;
         let stride = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let copy = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("fetch"),
-            size: u64::from(stride) * u64::from(height),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("fetch") });
-        encoder.copy_texture_to_buffer(
-            wgpu::TexelCopyTextureInfo {
-                texture,
-                mip_level: 0,
-                origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
-                aspect,
-            },
-            wgpu::TexelCopyBufferInfo {
-                buffer: &copy,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(stride),
-                    rows_per_image: Some(height),
+        // As many rows at a time as one buffer holds. Depth is copied as a whole or not at all.
+        let fitting = (self.limits.max_buffer_size / u64::from(stride)).clamp(1, u64::from(height)) as u32;
+        let most = if texture.format().is_depth_stencil_format() { height } else { fitting };
+        let mut texels = Vec::with_capacity(row as usize * height as usize);
+        for y in (0..height).step_by(most as usize) {
+            let rows = most.min(height - y);
+            let copy = self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("fetch"),
+                size: u64::from(stride) * u64::from(rows),
+                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            });
+            let mut encoder =
+                self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("fetch") });
+            encoder.copy_texture_to_buffer(
+                wgpu::TexelCopyTextureInfo {
+                    texture,
+                    mip_level: 0,
+                    origin: wgpu::Origin3d { x: 0, y, z: layer },
+                    aspect,
                 },
-            },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        );
-        self.queue.submit([encoder.finish()]);
-        let padded = self.read(&copy)?;
-        Ok(padded.chunks_exact(stride as usize).flat_map(|line| &line[..row as usize]).copied().collect())
+                wgpu::TexelCopyBufferInfo {
+                    buffer: &copy,
+                    layout: wgpu::TexelCopyBufferLayout {
+                        offset: 0,
+                        bytes_per_row: Some(stride),
+                        rows_per_image: Some(rows),
+                    },
+                },
+                wgpu::Extent3d { width, height: rows, depth_or_array_layers: 1 },
+            );
+            self.queue.submit([encoder.finish()]);
+            let padded = self.read(&copy)?;
+            texels.extend(padded.chunks_exact(stride as usize).flat_map(|line| &line[..row as usize]));
+        }
+        Ok(texels)
     }
 }
 

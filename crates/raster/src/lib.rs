@@ -95,8 +95,8 @@ pub enum RasterError {
         /// How often it was tried.
         attempts: u32,
     },
-    /// A picture was asked for before one was drawn.
-    #[error("nothing has been drawn yet")]
+    /// A picture was asked for before one was drawn, or after that had failed.
+    #[error("there is no picture: nothing has been drawn yet, or drawing failed")]
     NotDrawn,
     /// A shader could not be put together. This is a mistake of this program.
     #[error("a shader could not be put together, which is a mistake in this program: {0}")]

@@ -244,7 +244,7 @@ impl Lamps {
                 self.note(source, &note);
                 self.beams(&beams, point);
             }
-            Light::Rectangle { center, edge_u, edge_v, normal, radiance, two_sided, visible } => {
+            Light::Rectangle { center, edge_u, edge_v, normal, radiance, two_sided, .. } => {
                 let area = edge_u.cross(edge_v).length();
                 let points = even_points(plan.points, edge_u.length(), edge_v.length());
                 let share = area / points.len() as f32;
@@ -262,13 +262,11 @@ impl Lamps {
                     n => format!("{n} points"),
                 };
                 self.note(source, &format!("the rectangle is {place}, with sharp shadows"));
-                self.unseen(source, "rectangle", visible);
             }
-            Light::Sphere { center, radius, radiance, visible } => {
+            Light::Sphere { center, radius, radiance, .. } => {
                 let color = radiance * (std::f32::consts::PI * radius * radius);
                 self.lamps.push(Lamp { position: center, color, radius, ..point });
                 self.note(source, "the sphere is a point at its centre, with sharp shadows");
-                self.unseen(source, "sphere", visible);
             }
             Light::Point { position, intensity } => {
                 self.lamps.push(Lamp { position, color: intensity, ..point });
@@ -310,12 +308,6 @@ impl Lamps {
 
     fn note(&mut self, source: usize, text: &str) {
         self.notes.push(format!("light {source}: {text}"));
-    }
-
-    fn unseen(&mut self, source: usize, what: &str, visible: bool) {
-        if visible {
-            self.note(source, &format!("the camera should see the {what}, but only environments are drawn"));
-        }
     }
 
     /// Makes one parallel lamp of those that bring least to `center`, if there are too many: from their mean
@@ -670,7 +662,6 @@ mod tests {
             "light 0: the constant environment is 16 parallel lights, spread evenly, with sharp shadows",
             "light 1: the environment image is 16 parallel lights where it is brightest, with sharp shadows",
             "light 2: the rectangle is 4 points, with sharp shadows",
-            "light 2: the camera should see the rectangle, but only environments are drawn",
             "light 3: the sphere is a point at its centre, with sharp shadows",
             "light 4: the disk of 1.00 degrees is one direction, with sharp shadows",
         ];

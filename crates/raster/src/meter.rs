@@ -29,7 +29,8 @@ pub struct Allocation {
 pub struct Fragments {
     /// Kept by a technique that keeps any.
     pub stored: u64,
-    /// Lost for want of memory: the picture lacks them. Not those that a technique leaves out on purpose.
+    /// Lost for want of memory, of a free semaphore, or of a depth that both passes of the K+-buffer agree about. Not
+    /// those that a technique leaves out on purpose.
     pub dropped: u64,
 }
 

@@ -11,9 +11,9 @@ use crate::RasterError;
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::lights::{LampOptions, Lamps};
-use crate::meter::Report;
+use crate::meter::{Allocation, Fragments, Report, Span};
 use crate::palette::Palette;
-use crate::settings::{Geometry, Settings};
+use crate::settings::{Geometry, Settings, Shadow, Transparency};
 use crate::shade::Shading;
 use crate::shadow::Shadows;
 use crate::sky::Sky;
@@ -46,6 +46,10 @@ pub struct Renderer {
     casting: Portion,
     technique: Box<dyn Technique>,
     targets: Option<Targets>,
+    /// Samples a side of a pixel in the picture that the targets hold; `None`: they hold none.
+    drawn: Option<u32>,
+    /// Whether a change of settings ended half way: what is here does not fit together.
+    stale: bool,
 }
 
 impl std::fmt::Debug for Renderer {
@@ -54,10 +58,19 @@ impl std::fmt::Debug for Renderer {
     }
 }
 
-/// Everything that settings decide besides what is drawn into.
+/// What a scene's lights become.
 struct Lit {
     lamps: Lamps,
     sky: Sky,
+}
+
+/// One go at a frame.
+struct Attempt {
+    fragments: Fragments,
+    /// Passes of shadow maps, if they were drawn.
+    shadows: Vec<Span>,
+    /// All other passes.
+    rest: Vec<Span>,
 }
 
 impl Renderer {
@@ -95,6 +108,8 @@ impl Renderer {
             casting,
             technique,
             targets: None,
+            drawn: None,
+            stale: false,
         })
     }
 
@@ -111,7 +126,7 @@ impl Renderer {
     /// Changes the settings; makes only what depends on those that changed.
     ///
     /// # Errors
-    /// As [`new`](Self::new). The old settings stay then.
+    /// As [`new`](Self::new). The old settings stay then, and the renderer can be used on.
     pub fn set(&mut self, settings: &Settings) -> Result<(), RasterError> {
         settings.check()?;
         let old = std::mem::replace(&mut self.settings, *settings);
@@ -124,40 +139,60 @@ impl Renderer {
 
     fn make(&mut self, old: &Settings) -> Result<(), RasterError> {
         let (gpu, new) = (self.gpu.clone(), self.settings);
-        if new.shading.model != old.shading.model || new.shading.palette != old.shading.palette {
-            // Points name their fibers: everything on the device changes.
-            *self = Self::new(&gpu, Arc::clone(&self.scene), &new)?;
-            return Ok(());
+        // Points name their fibers: with other fibers everything on the device changes.
+        if self.stale || new.shading.model != old.shading.model || new.shading.palette != old.shading.palette {
+            return self.rebuild();
         }
-        if new.lights != old.lights {
+        // Until the last step is done.
+        self.stale = true;
+        let lit_anew = new.lights != old.lights;
+        if lit_anew {
             Lit { lamps: self.lamps, sky: self.sky } = lit(&gpu, &self.scene, &new);
         }
-        let text_changed = new.shading != old.shading || new.lights != old.lights || new.shadow != old.shadow;
-        if text_changed {
-            let baked_as_before = new.shading.source == old.shading.source
-                && new.shading.table_size == old.shading.table_size
-                && new.shading.multiple.is_some() == old.shading.multiple.is_some()
-                && new.lights.harmonics == old.lights.harmonics;
-            if baked_as_before {
-                self.shading.retext(&new)?;
-            } else {
-                let palette = Palette::new(&self.scene, new.shading.model, new.shading.palette as usize);
-                self.shading = Shading::new(&gpu, &palette, &new)?;
-            }
-            self.stage = Stage::new(&gpu, self.shading.layout().clone(), self.shading.text().to_owned());
+        let baked_as_before = new.shading.source == old.shading.source
+            && new.shading.table_size == old.shading.table_size
+            && new.shading.multiple.is_some() == old.shading.multiple.is_some()
+            && new.lights.harmonics == old.lights.harmonics;
+        let text = self.shading.text().to_owned();
+        if baked_as_before {
+            self.shading.retext(&new)?;
+        } else {
+            let palette = Palette::new(&self.scene, new.shading.model, new.shading.palette as usize);
+            self.shading = Shading::new(&gpu, &palette, &new)?;
+        }
+        // The filter is in the text alone; everything else about shadows is in maps or in the table of lamps.
+        let shadows_anew = lit_anew || Shadow { filter: old.shadow.filter, ..new.shadow } != old.shadow;
+        if shadows_anew {
             self.shadows = shadows(&gpu, &self.scene, &new, &self.lamps, &self.strands);
+        }
+        if shadows_anew || !baked_as_before {
             self.shading_group = self.shading.group(&gpu, &self.shadows);
         }
-        if text_changed || new.geometry != old.geometry {
-            self.hair = self.strands.portion(&gpu, &self.stage, &new.geometry);
-            self.casting = self.strands.portion(&gpu, &self.stage, &casting(&new));
-            // Pipelines know the shape, and are cached by name.
+        // Pipelines know the text and the shape, and are cached by name. They are what takes longest to make: most
+        // settings are numbers in buffers, and change neither. Layouts are the same whenever what they describe is, so
+        // that groups of before and after go together.
+        if self.shading.text() != text || new.geometry.shape != old.geometry.shape {
             self.stage = Stage::new(&gpu, self.shading.layout().clone(), self.shading.text().to_owned());
+        }
+        if new.geometry != old.geometry {
+            self.hair = self.strands.portion(&gpu, &self.stage, &new.geometry);
+        }
+        if casting(&new) != casting(old) {
+            self.casting = self.strands.portion(&gpu, &self.stage, &casting(&new));
         }
         if new.transparency != old.transparency || new.shading.when != old.shading.when {
             self.technique = technique(&gpu, &new);
         }
         gpu.check()?;
+        self.stale = false;
+        Ok(())
+    }
+
+    /// Makes everything anew but the last picture; nothing is changed if that fails.
+    fn rebuild(&mut self) -> Result<(), RasterError> {
+        let new = Self::new(&self.gpu, Arc::clone(&self.scene), &self.settings)?;
+        let (targets, drawn) = (self.targets.take(), self.drawn);
+        *self = Self { targets, drawn, ..new };
         Ok(())
     }
 
@@ -167,60 +202,69 @@ impl Renderer {
     /// again with more room, as often as [`Report::attempts`] says. Shadows are drawn once.
     ///
     /// # Errors
-    /// When the picture has no pixels or too many, fragments find no room, or the device fails.
+    /// When the picture has no pixels or too many, fragments find no room, or the device fails. There is no picture
+    /// then; another frame can be drawn, unless the device is lost.
     pub fn draw(&mut self, camera: &Camera, size: [u32; 2]) -> Result<Report, RasterError> {
         let begin = Instant::now();
+        self.drawn = None;
+        self.gpu.check()?;
         let full = size.map(|n| n.saturating_mul(self.settings.supersample));
         let most = self.gpu.largest_side();
         if full.iter().any(|&n| n == 0 || n > most) {
             return Err(RasterError::Size { size: full, most });
         }
-        if self.targets.as_ref().is_none_or(|targets| targets.size != full) {
-            self.targets = Some(Targets::new(&self.gpu, full));
+        if self.stale {
+            self.rebuild()?;
         }
-        let bounds = bounds(&self.scene, &self.strands);
-        let view = View::camera(camera, full, bounds);
+        let drawn = self.draw_frame(camera, full);
+        match &drawn {
+            Ok(_) => self.drawn = Some(self.settings.supersample),
+            Err(RasterError::Gpu(_)) => {
+                // What was made for this frame may be there in name only.
+                self.targets = None;
+                self.technique = technique(&self.gpu, &self.settings);
+            }
+            Err(_) => {}
+        }
+        drawn.map(|report| Report { wall_ms: begin.elapsed().as_secs_f64() * 1e3, ..report })
+    }
 
-        let mut frame = Frame::new(&self.gpu);
-        self.shadows.record(&self.gpu, &self.stage, &mut frame, &self.casting, &self.solids);
-        let mut spans = frame.finish(&self.gpu)?;
-        let mut attempts = 0;
-        let (fragments, rest) = loop {
+    /// The same for a picture of so many samples, without the clock.
+    fn draw_frame(&mut self, camera: &Camera, size: [u32; 2]) -> Result<Report, RasterError> {
+        if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
+            // The old ones go before there are new ones.
+            self.targets = None;
+            self.targets = Some(Targets::new(&self.gpu, size));
+        }
+        let view = View::camera(camera, size, bounds(&self.scene, &self.strands));
+        let (mut spans, mut attempts) = (Vec::new(), 0);
+        let fragments = loop {
             attempts += 1;
-            let (fragments, spans) = self.attempt(&view, full)?;
+            let Attempt { fragments, shadows, rest } = self.attempt(&view, size, attempts == 1)?;
+            spans.extend(shadows);
             if fragments.dropped == 0 || !self.repairable() {
-                break (fragments, spans);
+                spans.extend(rest);
+                break fragments;
             }
             if attempts == MOST_ATTEMPTS {
                 return Err(RasterError::Overflow { dropped: fragments.dropped, attempts });
             }
         };
-        spans.extend(rest);
-        Ok(Report {
-            spans,
-            memory: self.memory(),
-            fragments,
-            wall_ms: begin.elapsed().as_secs_f64() * 1e3,
-            attempts,
-            notes: self.lamps.notes.iter().chain(self.shadows.notes()).cloned().collect(),
-        })
+        let mut notes: Vec<String> = self.lamps.notes.iter().chain(self.shadows.notes()).cloned().collect();
+        if camera.aperture_radius > 0.0 {
+            notes.push("the camera's aperture is a point here: everything is in focus".to_owned());
+        }
+        Ok(Report { spans, memory: self.memory(), fragments, wall_ms: 0.0, attempts, notes })
     }
 
-    /// Whether dropped fragments come back with more room. Those that a bounded semaphore lost do not.
+    /// Whether dropped fragments come back with more room. Those of a K+-buffer do not: it has the same room always,
+    /// and loses fragments to a bounded semaphore or to rounding.
     fn repairable(&self) -> bool {
-        use crate::settings::{KPlusForm, Transparency};
-        !matches!(
-            self.settings.transparency,
-            Transparency::KPlus { form: KPlusForm::MaxArray | KPlusForm::MaxHeap, .. }
-        )
+        !matches!(self.settings.transparency, Transparency::KPlus { .. })
     }
 
-    /// The scene and the hair, once.
-    fn attempt(
-        &mut self,
-        view: &View,
-        size: [u32; 2],
-    ) -> Result<(crate::meter::Fragments, Vec<crate::meter::Span>), RasterError> {
+    /// The scene and the hair, once; with shadow maps, if they are not there yet.
+    fn attempt(&mut self, view: &View, size: [u32; 2], shadows: bool) -> Result<Attempt, RasterError> {
         let Some(targets) = &self.targets else { return Err(RasterError::NotDrawn) };
         let gpu = &self.gpu;
         let view_group = self.stage.view(gpu, view, &targets.solid_view);
@@ -236,16 +280,21 @@ impl Renderer {
             spacing: self.strands.mean_spacing(),
         };
         let mut frame = Frame::new(gpu);
+        if shadows {
+            self.shadows.record(gpu, &self.stage, &mut frame, &self.casting, &self.solids);
+        }
+        let shadow_passes = frame.passes();
         self.sky.record(&context, &mut frame);
         self.solids.record(&context, &mut frame);
         self.technique.resize(gpu, size);
         self.technique.record(&context, &mut frame);
-        let spans = frame.finish(gpu)?;
-        Ok((self.technique.fragments(gpu)?, spans))
+        let mut shadows = frame.finish(gpu)?;
+        let rest = shadows.split_off(shadow_passes);
+        Ok(Attempt { fragments: self.technique.fragments(gpu)?, shadows, rest })
     }
 
     /// Everything that is allocated.
-    fn memory(&self) -> Vec<crate::meter::Allocation> {
+    fn memory(&self) -> Vec<Allocation> {
         let mut memory = self.strands.memory();
         memory.extend(self.solids.memory());
         memory.extend(self.sky.memory());
@@ -254,7 +303,7 @@ impl Renderer {
         if let Some(targets) = &self.targets {
             for (name, texture) in [("picture", &targets.color), ("solid depth", &targets.solid)] {
                 let (name, bytes) = (name.to_owned(), texture_bytes(texture));
-                memory.push(crate::meter::Allocation { owner: "scene", name, bytes });
+                memory.push(Allocation { owner: "scene", name, bytes });
             }
         }
         memory.extend(self.technique.memory());
@@ -264,9 +313,10 @@ impl Renderer {
     /// The last picture: linear radiance, and how much of each pixel is covered. Hidden parts of the scene are black.
     ///
     /// # Errors
-    /// When nothing was drawn, or the device fails.
+    /// When nothing was drawn, or the last attempt to draw failed, or the device fails.
     pub fn image(&self) -> Result<Image, RasterError> {
-        let Some(targets) = &self.targets else { return Err(RasterError::NotDrawn) };
+        // The settings may have changed since.
+        let (Some(targets), Some(n)) = (&self.targets, self.drawn) else { return Err(RasterError::NotDrawn) };
         let bytes = self.gpu.fetch_texture(&targets.color, 0, wgpu::TextureAspect::All)?;
         let texels: Vec<[f32; 4]> = bytes
             .chunks_exact(8)
@@ -274,7 +324,6 @@ impl Renderer {
                 std::array::from_fn(|c| fiber::table::from_half(u16::from_le_bytes([texel[2 * c], texel[2 * c + 1]])))
             })
             .collect();
-        let n = self.settings.supersample;
         let [width, height] = targets.size.map(|side| side / n);
         let (mut pixels, mut alpha) = (Vec::new(), Vec::new());
         for y in 0..height {
@@ -295,7 +344,7 @@ impl Renderer {
     }
 }
 
-/// What the scene's lights become.
+/// Makes lamps and a sky of the scene's lights.
 fn lit(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Lit {
     let lamps = Lamps::new(
         scene,
@@ -340,6 +389,7 @@ impl Renderer {
         size: [u32; 2],
         draw: &mut dyn FnMut(&Context<'_>, &mut Frame),
     ) -> Result<(), RasterError> {
+        self.drawn = None;
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
             self.targets = Some(Targets::new(&self.gpu, size));
         }
@@ -364,10 +414,5 @@ impl Renderer {
         draw(&context, &mut frame);
         frame.finish(&self.gpu)?;
         Ok(())
-    }
-
-    /// The hair on the device.
-    pub(crate) fn strands(&self) -> &Strands {
-        &self.strands
     }
 }

@@ -106,7 +106,8 @@ pub struct Lighting {
     pub harmonics: bool,
 }
 
-/// Shadows of hair. Solid meshes always cast plain ones, into the same maps.
+/// Shadows. The technique is that of hair; solid meshes cast plain ones, into maps of their own with the same
+/// resolution and filter, unless the technique is [`ShadowTechnique::None`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shadow {
     /// Which technique.
@@ -136,7 +137,7 @@ impl Shadow {
 /// How light on its way through hair is estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShadowTechnique {
-    /// No shadow at all.
+    /// No shadow at all, neither of hair nor of meshes.
     None,
     /// A depth map: lit or not.
     Map,
@@ -289,7 +290,8 @@ pub enum KPlusForm {
 pub enum DepthShift {
     /// As thick as it takes to reach this opacity, `(0, 1)`, in every pixel.
     Automatic {
-        /// 0.99 by default.
+        /// 0.97 by default. What lies behind the layer counts with its exact opacity, so that 0.99 is no better to look
+        /// at (with both the test grooms differ from the full lists by FLIP below 0.001), but stores an eighth more.
         opacity: f32,
     },
     /// The same everywhere, scene units.
@@ -298,7 +300,7 @@ pub enum DepthShift {
 
 impl Default for DepthShift {
     fn default() -> Self {
-        Self::Automatic { opacity: 0.99 }
+        Self::Automatic { opacity: 0.97 }
     }
 }
 

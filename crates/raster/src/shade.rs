@@ -82,6 +82,7 @@ impl Shading {
         if names.len() > MOST_MODELS {
             return Err(RasterError::TooManyModels { found: names, most: MOST_MODELS });
         }
+        // A layer each; eight bits of a payload are enough to number them.
         let most = wgpu::Limits::default().max_texture_array_layers as usize;
         if palette.fibers.len() > most {
             let found = palette.fibers.len() as u64;
@@ -105,9 +106,7 @@ impl Shading {
             entries.push(Entry::zeroed());
         }
 
-        let buffer = |label, contents: &[u8]| {
-            gpu.buffer(label, contents, wgpu::BufferUsages::STORAGE)
-        };
+        let buffer = |label, contents: &[u8]| gpu.buffer(label, contents, wgpu::BufferUsages::STORAGE);
         let entries = buffer("fibers", cast_slice(&entries));
         let models = parameters.iter().map(|bytes| buffer("fiber parameters", bytes)).collect();
         let side = settings.shading.table_size;
@@ -302,12 +301,10 @@ pub(crate) fn text(models: &[&'static str], settings: &Settings) -> Result<Strin
     let _ = write!(
         text,
         "\nconst SHADE_DEFERRED: bool = {};\nconst SHADE_MULTIPLE: bool = {};\nconst SHADE_HARMONICS: bool = {};\n\
-         const SHADE_STRENGTH: f32 = {};\nconst SHADE_DENSITY_FORWARD: f32 = {};\n\
-         const SHADE_DENSITY_BACKWARD: f32 = {};\n",
+         const SHADE_DENSITY_FORWARD: f32 = {};\nconst SHADE_DENSITY_BACKWARD: f32 = {};\n",
         settings.shading.when == ShadingTime::Deferred,
         settings.shading.multiple.is_some(),
         settings.lights.harmonics,
-        number(settings.shadow.strength),
         number(densities.density_forward),
         number(densities.density_backward),
     );
@@ -383,5 +380,48 @@ fn by_tables(model: &str) -> &'static str {
 "
         }
         _ => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+    use super::*;
+    use crate::stage::{FRAGMENT, FRAME};
+
+    /// What techniques call.
+    const USE: &str = "
+@fragment
+fn shade_all(@builtin(position) at: vec4f) -> @location(0) vec4f {
+    var f: Fragment;
+    f.position = at.xyz;
+    let payload = fragment_payload(f);
+    return payload_color(payload, at.xy, at.z) + vec4f(shade(f), payload_alpha(payload));
+}
+";
+
+    #[test]
+    fn the_text_is_valid_for_every_model_and_setting() {
+        let models = ["deon", "chiang", "lambertian", "kajiya_kay", "hery", "marschner", "sadeghi", "fur"];
+        let mut wrong = Vec::new();
+        for (model, bits) in models.into_iter().flat_map(|model| (0..16_u32).map(move |bits| (model, bits))) {
+            let mut settings = Settings::default();
+            settings.shading.source = if bits & 1 == 0 { ShadingSource::Direct } else { ShadingSource::Tables };
+            settings.shading.when = if bits & 2 == 0 { ShadingTime::Forward } else { ShadingTime::Deferred };
+            settings.shading.multiple = (bits & 4 != 0).then(Default::default);
+            settings.lights.harmonics = bits & 8 != 0;
+            let mine = text(&[model], &settings).unwrap_or_else(|error| panic!("{model}: {error}"));
+            let whole = [FRAME, FRAGMENT, &mine, USE].join("\n");
+            // Nothing beyond what every WebGPU device has.
+            let mut validator = Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32);
+            let checked = naga::front::wgsl::parse_str(&whole)
+                .map_err(|error| error.emit_to_string(&whole))
+                .and_then(|module| validator.validate(&module).map_err(|error| error.emit_to_string(&whole)));
+            if let Err(error) = checked {
+                wrong.push(format!("{model} {bits:04b}: {error}"));
+            }
+        }
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     }
 }

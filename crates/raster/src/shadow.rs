@@ -12,7 +12,10 @@
 //!
 //! *What we changed.*
 //! - Maps hold fibers, not opacities: a fragment adds the share of its texel that it covers, and `κ α` comes in when
-//!   they are looked up. So dual scattering has its number of fibers, and opacity is changed without drawing.
+//!   they are looked up. So opacity is changed without drawing.
+//! - Dual scattering wants a number of fibers. It is told how many let as much light through as was found, `-ln τ`,
+//!   with filter, opacity and strength in it. The mean of the numbers of several texels would be another one, darker at
+//!   every gap, and would know neither opacity nor strength; with physical opacity and one texel both are the same.
 //! - The approximated deep shadow map takes `1 - exp(-κ α)` for the opacity of a fiber in `(1 - α)ⁿ`, which is `τ` of
 //!   the others, so that one setting means one thing. The distance between fibers is by default that of the groom; the
 //!   literature divides by the width of a fiber, as if hair had no gaps.

@@ -9,6 +9,7 @@
 //!
 //! - A sphere light is a polyhedron of 5120 faces inside the sphere.
 //! - Lights lie behind all hair: what one adds to hair behind it is missing.
+//! - Ambient light reaches all of a mesh: neither hair nor meshes keep it off.
 
 use bytemuck::{Pod, Zeroable, cast_slice};
 use groom::Mesh;
@@ -133,9 +134,7 @@ impl Uploaded {
         if found > most {
             return Err(RasterError::TooLarge { what: "bytes of one mesh", found, most });
         }
-        let buffer = |label, contents, usage| {
-            gpu.buffer(label, contents, usage)
-        };
+        let buffer = |label, contents, usage| gpu.buffer(label, contents, usage);
         Ok(Self {
             vertices: buffer("mesh", cast_slice(&triangles.vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer("mesh indices", cast_slice(&triangles.indices), wgpu::BufferUsages::INDEX),
@@ -330,6 +329,7 @@ mod tests {
         // What the shading text promises to have.
         let promised = "struct LampLight { direction: vec3f, irradiance: vec3f }\n\
             fn lamp_count() -> u32 { return 1u; }\n\
+            fn lamp_ambient_irradiance(n: vec3f) -> vec3f { return n; }\n\
             fn lamp_arriving(i: u32, p: vec3f) -> LampLight { return LampLight(normalize(p), vec3f(f32(i))); }\n\
             fn shadow_solid(i: u32, p: vec3f) -> f32 { return p.x; }\n\
             fn shadow_lit(i: u32, p: vec3f) -> f32 { return p.y; }\n";

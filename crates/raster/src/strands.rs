@@ -562,6 +562,11 @@ impl Portion {
         sorted.runs = slabs(&depths);
         sorted
     }
+
+    /// Bytes of an order of its own, as [`sorted`](Self::sorted) makes one.
+    pub(crate) fn order_bytes(&self) -> u64 {
+        self.chunks.iter().map(|chunk| 4 * u64::from(chunk.uploaded.batch.firsts[chunk.strands])).sum()
+    }
 }
 
 /// First points of the segments of the first `strands` strands, farthest first, and the depth by which each was

@@ -1,5 +1,6 @@
 // Looking shadows up: from a point to texels, and the mean over those around it. A technique says what one texel
-// means: `shadow_crossed` (fibers between the lamp and the place) and `shadow_passed` (what gets through so many).
+// means: `shadow_crossed` (fibers between the lamp and the place) and `shadow_passed` (what gets through so many). All
+// that is asked of a lamp follows from the mean of what gets through.
 //
 // The filter averages what gets through, not the fibers crossed: the texels stand for the light that arrives around
 // the place, and light adds up. Averaged fibers would darken every gap, since exp is convex.
@@ -107,19 +108,14 @@ fn shadow_lit(i: u32, p: vec3f) -> f32 {
         let tap = shadow_tap(place, k);
         lit += tap.weight * shadow_passed(shadow_crossed(place, tap.at));
     }
-    return 1.0 - lamps.strength * (1.0 - min(lit, 1.0));
+    // 1 - strength (1 - lit), in a form that keeps the digits of little light. Weights sum to 1 but for rounding.
+    return min((1.0 - lamps.strength) + lamps.strength * lit, 1.0);
 }
 
-// Expected number of fibers that light of lamp `i` crosses on its way to `p`, the strength of shadows apart.
+// So many fibers of optical depth 1 let as much light of lamp `i` through to `p` as the hair does: filter, opacity of a
+// fiber and strength are in it, so that light that was scattered on its way agrees with light that was not. At most 64,
+// of which nothing is left.
 fn shadow_fibers(i: u32, p: vec3f) -> f32 {
-    let place = shadow_place(i, p);
-    if !place.inside {
-        return 0.0;
-    }
-    var crossed = 0.0;
-    for (var k = 0; k < SHADOW_TEXELS; k++) {
-        let tap = shadow_tap(place, k);
-        crossed += tap.weight * shadow_crossed(place, tap.at);
-    }
-    return crossed;
+    // A logarithm next to 1 may come out on its wrong side.
+    return max(-log(max(shadow_lit(i, p), 1e-28)), 0.0);
 }

@@ -59,7 +59,7 @@ fn a_buffer_foremost(@builtin(position) at: vec4f) -> @location(0) vec4f {
             let payload = a_buffer_payloads[carry.y - 1u];
             if A_BUFFER_TAIL_COLORS {
                 let seen = payload_color(payload, at.xy, bitcast<f32>(carry.x));
-                tail += chain_optical_depth(seen.a) * vec4f(seen.rgb, 1.0);
+                tail += fragment_optical_depth(seen.a) * vec4f(seen.rgb, 1.0);
                 tail_through *= 1.0 - seen.a;
             } else {
                 tail_through *= 1.0 - payload_alpha(payload);
@@ -74,7 +74,7 @@ fn a_buffer_foremost(@builtin(position) at: vec4f) -> @location(0) vec4f {
         let seen = payload_color(a_buffer_payloads[chain_0.y - 1u], at.xy, bitcast<f32>(chain_0.x));
         color += (through * seen.a) * seen.rgb;
         through *= 1.0 - seen.a;
-        front += chain_optical_depth(seen.a) * vec4f(seen.rgb, 1.0);
+        front += fragment_optical_depth(seen.a) * vec4f(seen.rgb, 1.0);
         // <take the nearest from the chain>
     }
     if A_BUFFER_TAIL {

@@ -32,11 +32,6 @@ fn chain_before(a: vec2u, b: vec2u) -> bool {
     return (a.x < b.x) | ((a.x == b.x) & (a.y < b.y));
 }
 
-// Depths add where opacities multiply. Opaque ones get a finite depth.
-fn chain_optical_depth(alpha: f32) -> f32 {
-    return -log(max(1.0 - alpha, CHAIN_OPAQUE));
-}
-
 // Mean of colours that were added with their weights.
 fn chain_mean(sum: vec4f) -> vec3f {
     return sum.rgb / max(sum.a, 1e-20);

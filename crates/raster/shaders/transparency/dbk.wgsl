@@ -40,7 +40,7 @@ fn dbk_bins(v: HairVertex) -> DbkBins {
     }
     // Nothing is in front of the nearest fragment, but numbers are rounded.
     let d = max(f.depth - textureLoad(dbk_nearest_depths, vec2i(v.clip.xy), 0).x, 0.0);
-    let amount = chain_optical_depth(f.alpha);
+    let amount = fragment_optical_depth(f.alpha);
     let edges = dbk_numbers.edges;
     return DbkBins(
         dbk_binned(d, -1.0, edges[0], amount),

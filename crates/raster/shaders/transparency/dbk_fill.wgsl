@@ -22,7 +22,7 @@ fn dbk_fill(v: HairVertex) -> @location(0) f32 {
         discard;
     }
     if f.depth > textureLoad(dbk_ends, vec2i(v.clip.xy), 0).x {
-        return chain_optical_depth(f.alpha);
+        return fragment_optical_depth(f.alpha);
     }
     // Counts those that find no room too: that is how much room the next frame needs.
     let node = atomicAdd(&dbk_counters[dbk_band.slot], 1u);

@@ -60,9 +60,9 @@ fn k_plus_store(v: HairVertex) -> @location(0) vec4f {
             return vec4f(0.0);
         }
         let seen = payload_color(payload, v.clip.xy, f.depth);
-        let weight = chain_optical_depth(seen.a);
+        let weight = fragment_optical_depth(seen.a);
         // Halves end at 65504.
         return vec4f(min(weight * seen.rgb, vec3f(4000.0)), weight);
     }
-    return vec4f(0.0, 0.0, 0.0, select(0.0, chain_optical_depth(f.alpha), K_PLUS_TAIL));
+    return vec4f(0.0, 0.0, 0.0, select(0.0, fragment_optical_depth(f.alpha), K_PLUS_TAIL));
 }

@@ -1,4 +1,4 @@
-// Blends the slots, front to back, and counts them row by row.
+// Blends the slots, front to back, and counts them row by row, those whose fragment did not come behind the last row.
 
 const K_PLUS_NEAREST: u32 = 0x7fffffffu;
 const K_PLUS_TAKEN: u32 = 0x80000000u;
@@ -10,8 +10,8 @@ const K_PLUS_TAKEN: u32 = 0x80000000u;
 // Behind the slots: colour times optical depth, optical depth.
 @group(3) @binding(4) var k_plus_tail: texture_2d<f32>;
 
-// Slots that are in order already; those without a payload belong to fragments whose depth was another one the
-// second time, which are in the tail.
+// Slots that are in order already. Those without a payload belong to fragments whose depth was another one the second
+// time: they are in the tail, and are counted as dropped.
 @fragment
 fn k_plus_ordered(@builtin(position) at: vec4f) -> @location(0) vec4f {
     let base = chain_pixel(k_plus_band, at.xy) * K_PLUS_LENGTH;
@@ -19,8 +19,10 @@ fn k_plus_ordered(@builtin(position) at: vec4f) -> @location(0) vec4f {
     var through = 1.0;
     var front = vec4f(0.0);
     var count = 0u;
+    var missing = 0u;
     for (var i = 0u; i < K_PLUS_LENGTH; i++) {
         let slot = k_plus_slots[base + i];
+        missing += select(0u, 1u, slot != 0u && slot < K_PLUS_TAKEN);
         if slot >= K_PLUS_TAKEN {
             count += 1u;
             if through > CHAIN_OPAQUE {
@@ -28,12 +30,15 @@ fn k_plus_ordered(@builtin(position) at: vec4f) -> @location(0) vec4f {
                 let seen = payload_color(k_plus_payloads[base + i], at.xy, depth);
                 color += (through * seen.a) * seen.rgb;
                 through *= 1.0 - seen.a;
-                front += chain_optical_depth(seen.a) * vec4f(seen.rgb, 1.0);
+                front += fragment_optical_depth(seen.a) * vec4f(seen.rgb, 1.0);
             }
         }
     }
     if count > 0u {
         atomicAdd(&k_plus_counts[u32(at.y)], count);
+    }
+    if missing > 0u {
+        atomicAdd(&k_plus_counts[arrayLength(&k_plus_counts) - 1u], missing);
     }
     if K_PLUS_TAIL {
         // A sum of halves may have become infinite.

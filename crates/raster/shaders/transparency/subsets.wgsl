@@ -6,6 +6,5 @@ fn subsets_opacity(v: HairVertex) -> @location(0) f32 {
     if f.alpha <= 0.0 || view_hidden(v.clip) {
         discard;
     }
-    // An opaque fragment counts as one that lets 1/256 through.
-    return -log(1.0 - min(f.alpha, 0.9961));
+    return fragment_optical_depth(f.alpha);
 }

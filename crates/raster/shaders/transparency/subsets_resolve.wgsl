@@ -13,9 +13,22 @@ fn subsets_layer(pixel: vec2i, layer: u32) -> vec2u {
     return vec2u(select(SUBSETS_EMPTY, bitcast<u32>(depth), depth > 0.0), layer);
 }
 
-// Blends a layer of opacity `alpha` behind `front`, whose `w` is what passes it.
-fn subsets_behind(front: vec4f, layer: vec2u, at: vec2f, alpha: f32) -> vec4f {
+// Optical depth of a layer's own fragment. Never nothing, whatever became of a faint one in its payload: layers that are
+// present share out what the pixel has.
+fn subsets_own(alpha: f32) -> f32 {
+    return fragment_optical_depth(max(alpha, 1e-6));
+}
+
+// The same; nothing where there is no hair.
+fn subsets_depth(pixel: vec2i, layer: vec2u) -> f32 {
+    let payload = textureLoad(subsets_payloads, pixel, layer.y, 0).xy;
+    return select(subsets_own(payload_alpha(payload)), 0.0, layer.x == SUBSETS_EMPTY);
+}
+
+// Blends a layer, whose optical depth is multiplied by `scale`, behind `front`, whose `w` is what passes it.
+fn subsets_behind(front: vec4f, layer: vec2u, at: vec2f, scale: f32) -> vec4f {
     let payload = textureLoad(subsets_payloads, vec2i(at), layer.y, 0).xy;
-    let color = payload_color(payload, at, bitcast<f32>(layer.x)).rgb;
-    return vec4f(front.rgb + front.w * alpha * color, front.w * (1.0 - alpha));
+    let seen = payload_color(payload, at, bitcast<f32>(layer.x));
+    let through = exp(-scale * subsets_own(seen.a));
+    return vec4f(front.rgb + front.w * (1.0 - through) * seen.rgb, front.w * through);
 }

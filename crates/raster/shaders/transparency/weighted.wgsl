@@ -1,9 +1,9 @@
-// Sums that do not depend on the order of their terms: colours with a weight that falls with depth, and the share of
-// light that passes all fragments.
+// Sums that do not depend on the order of their terms: colours with a weight that falls with depth, and the optical
+// depth of all fragments.
 
 struct WeightedSums {
-    @location(0) color: vec4f,  // added: w α rgb, w α
-    @location(1) stopped: f32,  // the target is multiplied by 1 - α
+    @location(0) color: vec4f,  // w α rgb, w α
+    @location(1) depth: f32,    // -ln(1 - α)
 }
 
 // Equation 10 of the paper, with depth linear between the clipping planes and divided by 375: the largest weight is
@@ -22,5 +22,6 @@ fn weighted_sum(v: HairVertex) -> WeightedSums {
     // The paper's weight has α as a factor, and its colours are premultiplied by it.
     let weight = f.alpha * weighted_weight(f.depth);
     let color = clamp(shade(f), vec3f(0.0), vec3f(60000.0));
-    return WeightedSums(min(vec4f(color, 1.0) * (f.alpha * weight), vec4f(60000.0)), f.alpha);
+    let sums = min(vec4f(color, 1.0) * (f.alpha * weight), vec4f(60000.0));
+    return WeightedSums(sums, fragment_optical_depth(f.alpha));
 }

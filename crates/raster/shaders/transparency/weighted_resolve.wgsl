@@ -1,7 +1,7 @@
 // The weighted mean of the colours, as opaque as all fragments together.
 
 @group(3) @binding(0) var weighted_colors: texture_2d<f32>;
-@group(3) @binding(1) var weighted_open: texture_2d<f32>;
+@group(3) @binding(1) var weighted_depths: texture_2d<f32>;
 
 @fragment
 fn weighted_resolve(@builtin(position) at: vec4f) -> @location(0) vec4f {
@@ -10,6 +10,6 @@ fn weighted_resolve(@builtin(position) at: vec4f) -> @location(0) vec4f {
     if sum.w <= 0.0 {
         discard;
     }
-    let alpha = 1.0 - clamp(textureLoad(weighted_open, pixel, 0).x, 0.0, 1.0);
+    let alpha = 1.0 - exp(-textureLoad(weighted_depths, pixel, 0).x);
     return vec4f(min(sum.rgb / sum.w, vec3f(60000.0)) * alpha, alpha);
 }

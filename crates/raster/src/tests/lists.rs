@@ -194,7 +194,7 @@ builtin = "head"
 albedo = 0.12
 
 [[groom]]
-procedural = {{ preset = "{preset}", strands = 50000, seed = 1 }}
+procedural = {{ preset = "{preset}", strands = 50000, points = 12, seed = 1 }}
 look = "main"
 
 [look.main]
@@ -226,8 +226,10 @@ fn techniques_come_as_near_to_the_full_sort_as_is_said() {
         let mut picture = |transparency| {
             settings.transparency = transparency;
             renderer.set(&settings).unwrap_or_else(|error| panic!("{error}"));
-            // The second frame has buffers of the right size.
-            renderer.draw(&scene.camera, size).unwrap_or_else(|error| panic!("{error}"));
+            if matches!(transparency, Transparency::ABuffer { foremost: None } | Transparency::Dbk { .. }) {
+                // The second frame has buffers of the right size.
+                renderer.draw(&scene.camera, size).unwrap_or_else(|error| panic!("{error}"));
+            }
             let report = renderer.draw(&scene.camera, size).unwrap_or_else(|error| panic!("{error}"));
             (renderer.image().unwrap_or_else(|error| panic!("{error}")), report)
         };
@@ -239,7 +241,7 @@ fn techniques_come_as_near_to_the_full_sort_as_is_said() {
                 (Transparency::KPlus { k: 16, form: KPlusForm::LockFree }, 0.06),
                 (Transparency::ABuffer { foremost: Some(16) }, 0.06),
                 (Transparency::RandomSubsets { k: 8 }, 0.1),
-                (Transparency::Blend { sort: Sort::Pieces }, 0.01),
+                (Transparency::Blend { sort: Sort::Pieces }, 0.02),
                 (Transparency::Blend { sort: Sort::Strands }, 0.03),
                 (Transparency::Weighted, 0.06),
             ]);

@@ -149,7 +149,7 @@ fn deeper_maps_are_nearer_to_rays() {
     let mean = want.iter().sum::<f64>() / want.len() as f64;
     assert!((0.05..0.6).contains(&mean), "{mean}: the test says nothing");
 
-    let mut error = |technique: ShadowTechnique| {
+    let error = |technique: ShadowTechnique| {
         let mut settings = Settings::default();
         settings.shadow.technique = technique;
         settings.shadow.filter = Filter::Pcf3;

@@ -65,6 +65,8 @@ pub(crate) struct ABuffer {
     owner: &'static str,
     fill_layout: wgpu::BindGroupLayout,
     resolve_layout: wgpu::BindGroupLayout,
+    /// Once a frame was drawn.
+    texts: Option<Texts>,
     /// What was counted last, with something in reserve: for pictures of another size.
     per_pixel: f64,
     /// What the next frame is to be drawn with, if that is something else.
@@ -94,6 +96,7 @@ impl ABuffer {
             owner: Transparency::ABuffer { foremost }.name(),
             fill_layout: layout(gpu, "a-buffer fill", &[false; 3]),
             resolve_layout: layout(gpu, "a-buffer resolve", &[true; 3]),
+            texts: None,
             per_pixel: FIRST_PER_PIXEL,
             next: None,
             store: None,
@@ -145,6 +148,20 @@ fn room(gpu: &Gpu) -> Room {
     Room::new(gpu, 4, NODE_BYTES)
 }
 
+/// WGSL of the passes for one time of shading: long, and the same for many frames.
+#[derive(Debug)]
+struct Texts {
+    when: ShadingTime,
+    fill: String,
+    resolve: String,
+}
+
+impl Texts {
+    fn new(foremost: Option<u32>, when: ShadingTime) -> Self {
+        Self { when, fill: fill_text(when), resolve: resolve_text(foremost, when) }
+    }
+}
+
 /// What all texts begin with.
 fn constants(when: ShadingTime) -> String {
     format!(
@@ -179,13 +196,17 @@ impl Technique for ABuffer {
     }
 
     fn record(&mut self, context: &Context<'_>, frame: &mut Frame) {
-        let Some(store) = &mut self.store else { return };
         let when = context.settings.shading.when;
+        let texts = match self.texts.take() {
+            Some(texts) if texts.when == when => self.texts.insert(texts),
+            _ => self.texts.insert(Texts::new(self.foremost, when)),
+        };
+        let Some(store) = &mut self.store else { return };
         let fill = context.stage.hair(
             context.gpu,
             &HairPass {
                 label: "a-buffer fill",
-                part: &fill_text(when),
+                part: &texts.fill,
                 fragment: "a_buffer_fill",
                 shades: true,
                 technique: Some(&self.fill_layout),
@@ -198,7 +219,7 @@ impl Technique for ABuffer {
             context.gpu,
             &ScreenPass {
                 label: RESOLVE_LABELS[self.foremost.unwrap_or(0) as usize],
-                part: &resolve_text(self.foremost, when),
+                part: &texts.resolve,
                 fragment: if self.foremost.is_some() { "a_buffer_foremost" } else { "a_buffer_all" },
                 shades: true,
                 technique: Some(&self.resolve_layout),

@@ -3,7 +3,6 @@
 //! The same buffers serve one band after the other. How many fragments a row has is not known before it was drawn:
 //! every frame counts them band by band, also those that found no room, and the next one is cut accordingly.
 
-
 use crate::gpu::Gpu;
 use crate::meter::Allocation;
 use crate::stage::{COLOR, entry, storage, uniform};

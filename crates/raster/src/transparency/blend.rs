@@ -4,8 +4,8 @@
 //! what can be sorted is whole strands or their pieces, by the middle of each. Strands that cross, or run along the
 //! view, come out wrong (figure 39 of the thesis, which sorts strands); pieces are short enough to be nearly right.
 //!
-//! *Resources:* none on the device besides a second index list of the sorted order. The sort is wall time of the CPU,
-//! not of any pass.
+//! *Resources:* none on the device besides a list of the sorted order, 4 bytes a segment, made anew for each frame. The
+//! sort is wall time of the CPU, not of any pass.
 //!
 //! *Rejected:* a depth test by the hardware. Solid things are tested by hand as everywhere, and among fragments of hair
 //! there is nothing to reject.
@@ -25,11 +25,13 @@ const HAIR: &str = include_str!("../../shaders/transparency/blend.wgsl");
 #[derive(Debug)]
 pub(crate) struct Blend {
     sort: Sort,
+    /// Bytes of the last frame's order.
+    order: u64,
 }
 
 impl Blend {
     pub(crate) fn new(_gpu: &Gpu, sort: Sort) -> Self {
-        Self { sort }
+        Self { sort, order: 0 }
     }
 }
 
@@ -50,6 +52,7 @@ impl Technique for Blend {
                 shape: context.settings.geometry.shape,
             },
         );
+        self.order = if self.sort == Sort::None { 0 } else { context.hair.order_bytes() };
         let sorted = match self.sort {
             Sort::None => None,
             sort => Some(context.hair.sorted(context.gpu, context.stage, context.view, sort)),
@@ -66,7 +69,10 @@ impl Technique for Blend {
     }
 
     fn memory(&self) -> Vec<Allocation> {
-        Vec::new()
+        if self.order == 0 {
+            return Vec::new();
+        }
+        vec![Allocation { owner: OWNER, name: "sorted order".to_owned(), bytes: self.order }]
     }
 }
 

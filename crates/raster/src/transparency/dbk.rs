@@ -7,9 +7,9 @@
 //!
 //! - **Automatic shift.** A pass over the hair adds up the optical depth `-ln(1 - α)` of each pixel in 12 bins by depth
 //!   behind its nearest fragment. The layer of the pixel ends where the sum reaches that of the wanted opacity (`-ln
-//!   0.01` for 99 %). Bins grow geometrically from half the mean distance between fibers, so that they are fine where
+//!   0.03` for 97 %). Bins grow geometrically from half the mean distance between fibers, so that they are fine where
 //!   most layers end; within a bin the end is interpolated. Pixels with less hair than that store all they have. For
-//!   uniform hair the nodes stored are on average 7 % more than the fewest that reach the opacity.
+//!   uniform hair the nodes stored are on average 6 % more than the fewest that reach an opacity of 97 %, 7 % for 99 %.
 //! - **Opacity behind the layer.** Hair behind it is not taken to be opaque: fragments that are not stored add up their
 //!   optical depth, and the colour of the nearest of them counts with the opacity of all of them. The opacity of every
 //!   pixel is thereby that of the full lists, for any shift; single hairs in front of nothing stay transparent.
@@ -28,9 +28,12 @@
 //! | nearest payloads | 8 a pixel | behind → resolve |
 //! | depth bins (automatic shift) | 24 a pixel | bins → ends |
 //! | layer ends | 4 a pixel | ends → fill, behind |
-//! | rest | 2 a pixel | fill → resolve |
+//! | rest | 4 a pixel; 2 where 32-bit floats cannot be blended | fill → resolve |
 //!
-//! Links and payloads are two buffers, so that a binding of 128 MiB holds 16.7 million nodes.
+//! Links and payloads are two buffers, so that a binding of 128 MiB holds 16.7 million nodes. Bins are halves: where
+//! fragments are fainter than a 4096th of what their bin has, it stops growing, and the layer becomes thicker than it
+//! need be, never thinner. What is left behind the layer makes up the opacity of the pixel, and is added up in 32 bits
+//! where the device can.
 //!
 //! *Rejected:* bins for tiles of pixels, in a buffer with atomic sums. They take half the memory of bins for pixels,
 //! but hair of a tile's pixels begins at different depths, so that one layer for all is too thin for some of them and
@@ -49,7 +52,7 @@ use crate::transparency::Technique;
 use crate::transparency::bands::{self, MOST_BANDS, Plan, allocation, band_buffer, storage_buffer, words};
 use crate::transparency::chain;
 use crate::transparency::opaque::{LINEAR, Layer, Nearest, PLAIN, loaded};
-use crate::transparency::weighted::{ADD, SUM};
+use crate::transparency::weighted::{ADD, sum_format};
 
 const OWNER: &str = "dbk";
 const DEPTHS: &str = include_str!("../../shaders/transparency/dbk.wgsl");
@@ -141,7 +144,7 @@ impl Room {
             nearest: Nearest::new(gpu, size, 1),
             bins,
             ends: Layer::new(gpu, "dbk ends", size, LINEAR),
-            rest: Layer::new(gpu, "dbk rest", size, SUM),
+            rest: Layer::new(gpu, "dbk rest", size, sum_format(gpu)),
             heads,
             links,
             payloads,
@@ -227,15 +230,6 @@ pub(crate) struct Dbk {
 impl Dbk {
     pub(crate) fn new(gpu: &Gpu, shift: DepthShift) -> Self {
         Self { shift, layouts: Layouts::new(gpu), texts: Texts::new(), room: None, wanted: None }
-    }
-
-    /// Depth at which the layer of each pixel ended in the last frame, row by row: 0 without hair, more than
-    /// [`View::far`](crate::view::View) where everything is inside.
-    #[cfg(test)]
-    pub(crate) fn ends(&self, gpu: &Gpu) -> Result<Vec<f32>, GpuError> {
-        let Some(room) = &self.room else { return Ok(Vec::new()) };
-        let bytes = gpu.fetch_texture(&room.ends.texture, 0, wgpu::TextureAspect::All)?;
-        Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
     }
 
     fn numbers(&self, context: &Context<'_>) -> Numbers {
@@ -360,11 +354,16 @@ impl Technique for Dbk {
         match &mut self.room {
             Some(room) if room.plan.size == size => {
                 if let Some(plan) = wanted.and_then(|wanted| room.plan.refit(&wanted, limits)) {
+                    // The old lists go before there are new ones.
+                    for old in [&room.heads, &room.links, &room.payloads] {
+                        old.destroy();
+                    }
                     [room.heads, room.links, room.payloads] = Room::lists(gpu, &plan);
                     room.plan = plan;
                 }
             }
             room => {
+                *room = None;
                 let automatic = matches!(self.shift, DepthShift::Automatic { .. });
                 *room = Some(Room::new(gpu, Plan::first(size, FIRST_NODES, limits), automatic));
             }
@@ -382,7 +381,7 @@ impl Technique for Dbk {
                 fragment: "dbk_fill",
                 shades: true,
                 technique: Some(&self.layouts.fill),
-                targets: &[target(SUM, Some(ADD))],
+                targets: &[target(room.rest.texture.format(), Some(ADD))],
                 depth: None,
                 shape: context.settings.geometry.shape,
             },
@@ -560,29 +559,35 @@ mod tests {
     /// they need not hold.
     #[test]
     fn an_automatic_layer_is_as_opaque_as_it_was_to_be() {
-        let (wanted, far) = (-0.01_f32.ln(), 120.0);
+        let far = 120.0;
         let edges = edges(1.0, 1.0, far);
-        let (mut through, mut nodes, mut fewest) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for pixel in 0..2000 {
-            // Opacity of a fragment; optical depth per mean distance between fibers, which differs from place to place.
-            let alpha = 0.1 + 0.5 * hash::unit(pixel, 1);
-            let amount = -(1.0 - alpha).ln();
-            let density = 0.3 + 2.7 * hash::unit(pixel, 2);
-            let count = (60.0 * density / amount) as u32;
-            let mut depths: Vec<f32> = (0..count).map(|i| 60.0 * hash::unit(i, 3 + pixel)).collect();
-            depths.sort_by(f32::total_cmp);
-            let nearest = depths[0];
-            let fragments: Vec<(f32, f32)> = depths.iter().map(|d| (d - nearest, amount)).collect();
-            let layer = search(&fragments, wanted, edges.as_flattened(), far - nearest);
-            let layer = layer.expect("every pixel has hair enough");
-            let stored = fragments.iter().filter(|(d, _)| *d <= layer).count();
-            through += f64::from((-(stored as f32) * amount).exp());
-            nodes += stored as f64;
-            fewest += f64::from((wanted / amount).ceil());
+        for left in [0.01_f32, 0.03] {
+            let wanted = -left.ln();
+            let (mut through, mut nodes, mut fewest) = (0.0_f64, 0.0_f64, 0.0_f64);
+            for pixel in 0..2000 {
+                // Opacity of a fragment; optical depth per mean distance between fibers, which differs from place to
+                // place.
+                let alpha = 0.1 + 0.5 * hash::unit(pixel, 1);
+                let amount = -(1.0 - alpha).ln();
+                let density = 0.3 + 2.7 * hash::unit(pixel, 2);
+                let count = (60.0 * density / amount) as u32;
+                let mut depths: Vec<f32> = (0..count).map(|i| 60.0 * hash::unit(i, 3 + pixel)).collect();
+                depths.sort_by(f32::total_cmp);
+                let nearest = depths[0];
+                let fragments: Vec<(f32, f32)> = depths.iter().map(|d| (d - nearest, amount)).collect();
+                let layer = search(&fragments, wanted, edges.as_flattened(), far - nearest);
+                let layer = layer.expect("every pixel has hair enough");
+                let stored = fragments.iter().filter(|(d, _)| *d <= layer).count();
+                through += f64::from((-(stored as f32) * amount).exp());
+                nodes += stored as f64;
+                fewest += f64::from((wanted / amount).ceil());
+            }
+            // With six other seeds, of 0.01: 0.0069 to 0.0072, and 1.061 to 1.074; of 0.03: 0.0226 to 0.0230, and 1.055
+            // to 1.062. Layers that end at edges of bins need 1.30.
+            let through = through / 2000.0;
+            assert!(through < f64::from(left), "mean transmittance {through}, not {left}");
+            assert!((1.0..1.15).contains(&(nodes / fewest)), "{nodes} nodes where {fewest} would do");
         }
-        // With six other seeds: 0.0069 to 0.0071, and 1.067 to 1.069. Layers that end at edges of bins need 1.30.
-        assert!(through / 2000.0 < 0.01, "mean transmittance {}", through / 2000.0);
-        assert!((1.0..1.15).contains(&(nodes / fewest)), "{} nodes where {} would do", nodes, fewest);
     }
 
     #[test]

@@ -9,6 +9,10 @@
 //!   order in which fragments come, slot `i` ends with the `i`-th nearest depth. The second time a fragment looks for
 //!   its depth and puts its payload there; those that have no slot are added up (colour and optical depth) and blended
 //!   behind the others, which the paper leaves out. Of fragments at exactly the same depth each gets a slot of its own.
+//!   Both passes compute depths by the same expression; where a driver gives it other last digits in one of them all
+//!   the same, a fragment does not find its slot. It is blended behind the others then, and its slot, which holds a
+//!   depth and no payload, is counted as a fragment dropped: in the right place it is missing, and drawing again does
+//!   not bring it back.
 //!   With deferred shading the colour of those behind is the mean of those kept, so that no more than `k` are shaded.
 //! - *Max-array* and *max-heap*, the paper's. A semaphore per pixel keeps fragments apart; the array's first entry is
 //!   the farthest one, the heap has the farthest at its root. Slots that hold nothing count as infinitely far, so no
@@ -33,6 +37,9 @@
 //! - 64-bit atomics, which need one pass only: not in WebGPU.
 //! - The semaphore as the default: nothing in WebGPU promises that its holder gets on while its neighbours spin, nor
 //!   that others see what it wrote before they see the semaphore free.
+//! - Slots by a depth that both passes are bound to agree about, which is that of `@invariant` positions alone. Their `w`
+//!   reaches fragment shaders as it is on Direct3D 12 and inverted elsewhere, and naga leaves it so (gfx-rs/wgpu issue
+//!   4963). Depth from `z` has steps of up to 6e-4 of itself where the near plane is a 10,000th of the far one.
 //! - Counting stored fragments where they are stored: an atomic operation on one address for each of them. Rows are
 //!   counted when they are blended.
 
@@ -90,7 +97,8 @@ struct Store {
     locks: Option<wgpu::Buffer>,
     /// Of the form without.
     tail: Option<(wgpu::Texture, wgpu::TextureView)>,
-    /// Stored fragments of each row, then those that were dropped.
+    /// Stored fragments of each row, then those that were dropped: slots without a payload, or fragments that the
+    /// semaphore was not free for.
     counts: wgpu::Buffer,
     /// Per band: to fill, to resolve.
     groups: Vec<[wgpu::BindGroup; 2]>,

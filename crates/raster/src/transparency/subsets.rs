@@ -4,12 +4,15 @@
 //! pixel whose depths are samples of where the pixel's hair is; sorted and blended they look transparent. No list is
 //! kept and no atomic is needed. Changed here: the thesis blends with one opacity for all, so that what is behind hair
 //! depends on `k` and on luck. Here one more pass adds up the optical depth `τ = -Σ ln(1 - α)` of *all* fragments of
-//! the pixel, and each of the `m` layers present gets the opacity `1 - exp(-τ / m)`: together they let through
-//! `exp(-τ)`, as the fragments do. Only colours are approximated. (An opaque fragment counts as `τ = ln 256`.)
+//! the pixel, and shares it out among the layers present by their own: with `t_i = -ln(1 - α_i)` layer `i` gets the
+//! opacity `1 - exp(-τ t_i / Σ t)`. Together they let through `exp(-τ)`, as the fragments do, and a faint fragment in
+//! front of an opaque one stays faint. Only colours are approximated. (An opaque fragment counts as `τ = ln 10⁴`.)
 //!
 //! *Resources:* per pixel and subset a payload and a linear depth (12 bytes); per pixel a depth buffer (4 bytes) and
-//! the optical depth (2 bytes), each written by hair passes. A pass over all pixels sorts and blends. The strands are
-//! in random order, so a subset is a range of them and all subsets together cost one drawing of the hair.
+//! the optical depth (4 bytes), each written by hair passes. A pass over all pixels sorts and blends. The strands are
+//! in random order, so a subset is a range of them and all subsets together cost one drawing of the hair. Where the
+//! device cannot blend 32-bit floats the optical depth is a half (2 bytes), which stops growing when what is added is
+//! less than a 4096th of it.
 //!
 //! *Rejected:* shading subsets to colours and blending these by the hardware from back to front. The order of subsets
 //! differs from pixel to pixel. Also: as many texture bindings as subsets; a layered texture is one.
@@ -25,7 +28,7 @@ use crate::strands::Part;
 use crate::transparency::Technique;
 use crate::transparency::chain::by_count;
 use crate::transparency::opaque::{Layer, Nearest, PLAIN, draw_screen, loaded};
-use crate::transparency::weighted::{ADD, SUM};
+use crate::transparency::weighted::{ADD, sum_format};
 
 const OWNER: &str = "subsets";
 const HAIR: &str = include_str!("../../shaders/transparency/subsets.wgsl");
@@ -77,7 +80,10 @@ fn resolve_text(layers: usize) -> String {
     let present: Vec<String> = (0..layers).map(|i| format!("u32(s{i}.x != SUBSETS_EMPTY)")).collect();
     let _ = writeln!(text, "    let count = {};", present.join(" + "));
     let _ = writeln!(text, "    if count == 0u {{ discard; }}");
-    let _ = writeln!(text, "    let alpha = 1.0 - exp(-textureLoad(subsets_opacities, pixel, 0).x / f32(count));");
+    // What a layer's own optical depth is multiplied by.
+    let own: Vec<String> = (0..layers).map(|i| format!("subsets_depth(pixel, s{i})")).collect();
+    let _ = writeln!(text, "    let own = {};", own.join(" + "));
+    let _ = writeln!(text, "    let scale = min(textureLoad(subsets_opacities, pixel, 0).x, 60000.0) / own;");
     let _ = writeln!(text, "    var front = vec4f(0.0, 0.0, 0.0, 1.0);");
     // A loop, so that shading is in the text once.
     let _ = writeln!(text, "    for (var i = 0u; i < count; i++) {{");
@@ -85,7 +91,7 @@ fn resolve_text(layers: usize) -> String {
     for i in 1..layers {
         let _ = writeln!(text, "        layer = select(layer, s{i}, i == {i}u);");
     }
-    let _ = writeln!(text, "        front = subsets_behind(front, layer, at.xy, alpha);");
+    let _ = writeln!(text, "        front = subsets_behind(front, layer, at.xy, scale);");
     let _ = writeln!(text, "    }}");
     let _ = writeln!(text, "    return vec4f(front.rgb, 1.0 - front.w);\n}}");
     text
@@ -148,7 +154,7 @@ impl Subsets {
                 fragment: "subsets_opacity",
                 shades: false,
                 technique: None,
-                targets: &[target(SUM, Some(ADD))],
+                targets: &[target(sum_format(context.gpu), Some(ADD))],
                 depth: None,
                 shape: context.settings.geometry.shape,
             },
@@ -173,7 +179,7 @@ impl Technique for Subsets {
             return;
         }
         let nearest = Nearest::new(gpu, size, self.drawn.len() as u32);
-        let opacity = Layer::new(gpu, "subsets opacity", size, SUM);
+        let opacity = Layer::new(gpu, "subsets opacity", size, sum_format(gpu));
         // Said here, since one layer alone is no array by default.
         let [payloads, depths] = [&nearest.payloads, &nearest.depths].map(|all| {
             all.texture.create_view(&wgpu::TextureViewDescriptor {

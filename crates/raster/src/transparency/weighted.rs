@@ -6,11 +6,14 @@
 //! hardware's; the factor in front is smaller, which cancels. All fragments have a say however much hides them, so that
 //! dense hair shows the colours of its inside: the technique is here to be compared with.
 //!
-//! *Resources:* sums of colours (16 bytes a pixel, or 8 where 32-bit floats cannot be blended) and the share of light
-//! that passes (2 bytes), both written by one hair pass and read by a pass over all pixels.
+//! *Resources:* sums of colours (16 bytes a pixel) and of optical depths (4 bytes), both written by one hair pass and
+//! read by a pass over all pixels. Where the device cannot blend 32-bit floats these are halves: 8 and 2 bytes. A half
+//! stops growing when what is added is less than a 4096th of it, so that fragments fainter than that get lost once the
+//! pixel has an optical depth of 1; the mean of the colours suffers alike.
 //!
-//! *Rejected:* 8 bits for the share that passes, as the paper has it. Fragments of fine hair have opacities below
-//! 1/512, which rounding would drop.
+//! *Rejected:* the product of what fragments let through, in 8 bits as the paper has it or as a half. Next to 1 rounding
+//! drops opacities below 1/510 and 1/4096, and fragments of fine hair are fainter. The sum is finest where there is
+//! little.
 
 use crate::frame::{Frame, cleared};
 use crate::gpu::{Gpu, GpuError};
@@ -24,25 +27,28 @@ const OWNER: &str = "weighted";
 const HAIR: &str = include_str!("../../shaders/transparency/weighted.wgsl");
 const RESOLVE: &str = include_str!("../../shaders/transparency/weighted_resolve.wgsl");
 
-/// Format of a number per pixel that is added to or multiplied.
-pub(crate) const SUM: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
+/// Format of a number per pixel that many small ones are added to: [`Gpu::sum_format`] with one channel.
+pub(crate) fn sum_format(gpu: &Gpu) -> wgpu::TextureFormat {
+    match gpu.sum_format() {
+        wgpu::TextureFormat::Rgba32Float => wgpu::TextureFormat::R32Float,
+        _ => wgpu::TextureFormat::R16Float,
+    }
+}
 
 /// Adds.
-pub(crate) const ADD: wgpu::BlendState = both(wgpu::BlendFactor::One, wgpu::BlendFactor::One);
+pub(crate) const ADD: wgpu::BlendState = wgpu::BlendState { color: ADD_ONE, alpha: ADD_ONE };
 
-/// Multiplies by what is left of 1.
-const FADE: wgpu::BlendState = both(wgpu::BlendFactor::Zero, wgpu::BlendFactor::OneMinusSrc);
-
-const fn both(src_factor: wgpu::BlendFactor, dst_factor: wgpu::BlendFactor) -> wgpu::BlendState {
-    let one = wgpu::BlendComponent { src_factor, dst_factor, operation: wgpu::BlendOperation::Add };
-    wgpu::BlendState { color: one, alpha: one }
-}
+const ADD_ONE: wgpu::BlendComponent = wgpu::BlendComponent {
+    src_factor: wgpu::BlendFactor::One,
+    dst_factor: wgpu::BlendFactor::One,
+    operation: wgpu::BlendOperation::Add,
+};
 
 #[derive(Debug)]
 struct Room {
     size: [u32; 2],
     colors: Layer,
-    open: Layer,
+    depth: Layer,
     group: wgpu::BindGroup,
 }
 
@@ -72,16 +78,16 @@ impl Technique for Weighted {
             return;
         }
         let colors = Layer::new(gpu, "weighted colours", size, gpu.sum_format());
-        let open = Layer::new(gpu, "weighted open", size, SUM);
+        let depth = Layer::new(gpu, "weighted optical depth", size, sum_format(gpu));
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("weighted"),
             layout: &self.layout,
             entries: &[
                 wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&colors.view) },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&open.view) },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&depth.view) },
             ],
         });
-        self.room = Some(Room { size, colors, open, group });
+        self.room = Some(Room { size, colors, depth, group });
     }
 
     fn record(&mut self, context: &Context<'_>, frame: &mut Frame) {
@@ -94,7 +100,7 @@ impl Technique for Weighted {
                 fragment: "weighted_sum",
                 shades: true,
                 technique: None,
-                targets: &[target(context.gpu.sum_format(), Some(ADD)), target(SUM, Some(FADE))],
+                targets: &[target(context.gpu.sum_format(), Some(ADD)), target(sum_format(context.gpu), Some(ADD))],
                 depth: None,
                 shape: context.settings.geometry.shape,
             },
@@ -112,8 +118,7 @@ impl Technique for Weighted {
             },
         );
         {
-            let colors =
-                [cleared(&room.colors.view, wgpu::Color::TRANSPARENT), cleared(&room.open.view, wgpu::Color::WHITE)];
+            let colors = [&room.colors, &room.depth].map(|sum| cleared(&sum.view, wgpu::Color::TRANSPARENT));
             let mut pass = frame.render(OWNER, "hair", &colors, None);
             pass.set_pipeline(&hair);
             pass.set_bind_group(0, context.view_group, &[]);
@@ -129,7 +134,7 @@ impl Technique for Weighted {
 
     fn memory(&self) -> Vec<Allocation> {
         let Some(room) = &self.room else { return Vec::new() };
-        vec![room.colors.memory(OWNER, "sums of colours"), room.open.memory(OWNER, "share that passes")]
+        vec![room.colors.memory(OWNER, "sums of colours"), room.depth.memory(OWNER, "optical depth")]
     }
 }
 
