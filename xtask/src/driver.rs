@@ -1,7 +1,9 @@
 //! A Vulkan driver for the tests that draw: the one that is there, or a software driver that is installed.
 //!
 //! Only files are looked at: this has to compile in seconds, and opening a driver is what the tests do. So a
-//! manifest stands for its driver, as it does for the Vulkan loader, in whose order it is looked for.
+//! manifest stands for its driver, as it does for the Vulkan loader, in whose order it is looked for. It counts if it is
+//! for this architecture, and if the driver has something to drive: drivers of graphics cards come in one package, and
+//! lie on machines without any.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -68,7 +70,7 @@ fn plan(found: &Found, named_by: Option<&str>, rights: impl FnOnce() -> Option<R
     if let (true, Some(variable)) = (found.manifests.is_empty(), named_by) {
         // The loader would not look at what is installed either.
         return Plan::Fail(format!(
-            "{variable} names no manifest of a Vulkan driver that exists; correct it, or unset it so that the \
+            "{variable} names no manifest of a Vulkan driver that can be used here; correct it, or unset it so that the \
              drivers of the system are used"
         ));
     }
@@ -86,11 +88,13 @@ struct Places {
     libraries: Vec<PathBuf>,
     /// Libraries that the dynamic linker knows, as `ldconfig -p` prints them.
     linker_cache: String,
+    /// Whether there is a graphics card that programs can open.
+    has_card: bool,
 }
 
 impl Places {
     fn of_this_machine() -> Self {
-        Self::new(|name| std::env::var_os(name), linker_cache())
+        Self { has_card: has_card(Path::new("/dev")), ..Self::new(|name| std::env::var_os(name), linker_cache()) }
     }
 
     /// From the variables of the environment.
@@ -125,13 +129,15 @@ impl Places {
         let triple = format!("{}-linux-gnu", std::env::consts::ARCH);
         libraries.extend(["/usr/lib", "/lib"].map(|folder| Path::new(folder).join(&triple)));
         libraries.extend(["/usr/lib64", "/lib64", "/usr/lib", "/lib", "/usr/local/lib"].map(PathBuf::from));
-        Self { manifests, named_by, libraries, linker_cache }
+        Self { manifests, named_by, libraries, linker_cache, has_card: false }
     }
 
     fn look(&self) -> Found {
-        let manifests = self.manifests.iter().flat_map(|place| manifests(place)).collect();
+        let all: BTreeSet<PathBuf> = self.manifests.iter().flat_map(|place| manifests(place)).collect();
+        let (manifests, useless) =
+            all.into_iter().partition(|path| is_for_this_machine(path) && (self.has_card || is_software(path)));
         let in_folders = || self.libraries.iter().map(|folder| folder.join(LOADER)).find(|path| path.is_file());
-        Found { manifests, loader: loader_in_cache(&self.linker_cache).or_else(in_folders) }
+        Found { manifests, useless, loader: loader_in_cache(&self.linker_cache).or_else(in_folders) }
     }
 }
 
@@ -140,6 +146,8 @@ impl Places {
 struct Found {
     /// Manifests, each of which stands for a driver.
     manifests: BTreeSet<PathBuf>,
+    /// Manifests of drivers for another architecture, or for cards that are not there.
+    useless: BTreeSet<PathBuf>,
     /// The library [`LOADER`].
     loader: Option<PathBuf>,
 }
@@ -152,12 +160,17 @@ impl Found {
 
 impl fmt::Display for Found {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.manifests.is_empty() {
+        let names = |manifests: &BTreeSet<PathBuf>| {
+            let names = manifests.iter().filter_map(|path| path.file_name());
+            names.map(|name| name.to_string_lossy()).collect::<Vec<_>>().join(", ")
+        };
+        if !self.manifests.is_empty() {
+            write!(f, "Vulkan driver {}", names(&self.manifests))?;
+        } else if self.useless.is_empty() {
             f.write_str("no Vulkan driver (no manifest in a folder such as /usr/share/vulkan/icd.d)")?;
         } else {
-            let names = self.manifests.iter().filter_map(|path| path.file_name());
-            let names: Vec<_> = names.map(|name| name.to_string_lossy()).collect();
-            write!(f, "Vulkan driver {}", names.join(", "))?;
+            let useless = names(&self.useless);
+            write!(f, "no Vulkan driver for this machine ({useless}: for another architecture, or without its card)")?;
         }
         match &self.loader {
             Some(path) => write!(f, ", loader {}", path.display()),
@@ -174,6 +187,54 @@ fn manifests(place: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(place) else { return Vec::new() };
     let files = entries.filter_map(Result::ok).map(|entry| entry.path()).filter(|path| path.is_file());
     files.filter(|path| path.extension().is_some_and(|extension| extension == "json")).collect()
+}
+
+/// Whether a manifest is for programs of this architecture: some say so in their names, some in themselves, and what
+/// says nothing is.
+fn is_for_this_machine(manifest: &Path) -> bool {
+    let name = manifest.file_stem().unwrap_or_default().to_string_lossy();
+    let named = name.rsplit_once('.').and_then(|(_, word)| architecture(word));
+    if named.is_some_and(|named| named != std::env::consts::ARCH) {
+        return false;
+    }
+    let text = std::fs::read_to_string(manifest).unwrap_or_default();
+    library_bits(&text).is_none_or(|bits| bits == usize::BITS)
+}
+
+/// The architecture, as Rust calls it, that a word of the name of a manifest means.
+fn architecture(word: &str) -> Option<&'static str> {
+    Some(match word {
+        "x86_64" | "amd64" => "x86_64",
+        "i386" | "i486" | "i586" | "i686" | "x86" => "x86",
+        "aarch64" | "arm64" => "aarch64",
+        "arm" | "armhf" | "armv7l" | "armv7hl" => "arm",
+        "ppc64" | "ppc64le" | "ppc64el" | "powerpc64" | "powerpc64le" => "powerpc64",
+        "riscv64" => "riscv64",
+        "s390x" => "s390x",
+        "loong64" | "loongarch64" => "loongarch64",
+        _ => return None,
+    })
+}
+
+/// What a manifest says of the width of its library, which it may since version 1.0.1 of the format.
+fn library_bits(manifest: &str) -> Option<u32> {
+    let (_, rest) = manifest.split_once("\"library_arch\"")?;
+    let value = rest.trim_start().strip_prefix(':')?.trim_start().strip_prefix('"')?;
+    value.split('"').next()?.parse().ok()
+}
+
+/// Whether a manifest is that of a driver that needs no card.
+fn is_software(manifest: &Path) -> bool {
+    let name = manifest.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    ["lvp", "lavapipe", "swrast", "swiftshader"].iter().any(|word| name.contains(word))
+}
+
+/// Whether there is a graphics card among the devices: Linux's own kind, NVIDIA's, or that of Windows below.
+fn has_card(devices: &Path) -> bool {
+    let nodes = std::fs::read_dir(devices.join("dri")).into_iter().flatten().filter_map(Result::ok);
+    let mut names = nodes.map(|node| node.file_name());
+    names.any(|name| name.to_string_lossy().starts_with("renderD"))
+        || ["nvidia0", "dxg"].iter().any(|node| devices.join(node).exists())
 }
 
 /// The loader among the lines of `ldconfig -p`, which are `NAME (KIND) => PATH`.
@@ -261,7 +322,7 @@ mod tests {
 
     fn complete() -> Found {
         let manifests = BTreeSet::from([PathBuf::from("/share/vulkan/icd.d/lvp_icd.json")]);
-        Found { manifests, loader: Some(PathBuf::from("/lib/libvulkan.so.1")) }
+        Found { manifests, loader: Some(PathBuf::from("/lib/libvulkan.so.1")), ..Found::default() }
     }
 
     #[test]
@@ -277,15 +338,16 @@ mod tests {
         write(&lib.join("libvulkan.so.1.3.239"));
         assert_eq!(places.look(), Found::default());
 
-        let manifest = icd.join("lvp_icd.x86_64.json");
+        let manifest = icd.join(format!("lvp_icd.{}.json", std::env::consts::ARCH));
         write(&manifest);
-        assert_eq!(places.look(), Found { manifests: BTreeSet::from([manifest.clone()]), loader: None });
+        let manifests = BTreeSet::from([manifest.clone()]);
+        assert_eq!(places.look(), Found { manifests: manifests.clone(), ..Found::default() });
         assert!(!places.look().is_enough());
 
         let loader = lib.join(LOADER);
         write(&loader);
         let found = places.look();
-        assert_eq!(found, Found { manifests: BTreeSet::from([manifest.clone()]), loader: Some(loader) });
+        assert_eq!(found, Found { manifests, loader: Some(loader), ..Found::default() });
         assert!(found.is_enough());
 
         // A manifest may be named itself, and one that is found twice is one.
@@ -294,6 +356,52 @@ mod tests {
 
         std::fs::remove_file(manifest).expect("it was there");
         assert!(places.look().manifests.is_empty() && !places.look().is_enough());
+    }
+
+    /// A machine without a card has the drivers of all of them, since they come in one package.
+    #[test]
+    fn a_driver_needs_its_architecture_and_its_card() {
+        let temp = tempfile::tempdir().expect("a folder");
+        let (icd, dev) = (temp.path().join("icd.d"), temp.path().join("dev"));
+        let places = |has_card| Places { manifests: vec![icd.clone()], has_card, ..Places::default() };
+        let names = |manifests: &BTreeSet<PathBuf>| -> Vec<String> {
+            let names = manifests.iter().filter_map(|path| path.file_name());
+            names.map(|name| name.to_string_lossy().into_owned()).collect()
+        };
+        let (here, foreign) = match std::env::consts::ARCH {
+            "x86" => ("x86", "x86_64"),
+            here => (here, "i686"),
+        };
+        let bits = |bits: u32| format!("{{ \"ICD\": {{ \"library_arch\" : \"{bits}\" }} }}");
+
+        write(&icd.join(format!("radeon_icd.{here}.json")));
+        write(&icd.join(format!("lvp_icd.{foreign}.json")));
+        write(&icd.join("lvp_narrow.json"));
+        std::fs::write(icd.join("lvp_narrow.json"), bits(96 - usize::BITS)).expect("the file can be written");
+        let none = places(false).look();
+        assert!(none.manifests.is_empty() && none.useless.len() == 3, "{none}");
+        assert!(none.to_string().contains("no Vulkan driver for this machine") && !none.is_enough(), "{none}");
+        assert_eq!(names(&places(true).look().manifests), [format!("radeon_icd.{here}.json")]);
+
+        // A software driver needs no card, whatever its manifest is called and whether it tells its width.
+        write(&icd.join(format!("lvp_icd.{here}.json")));
+        write(&icd.join("vk_swiftshader_icd.json"));
+        std::fs::write(icd.join("vk_swiftshader_icd.json"), bits(usize::BITS)).expect("the file can be written");
+        let found = places(false).look();
+        assert_eq!(names(&found.manifests), [format!("lvp_icd.{here}.json"), "vk_swiftshader_icd.json".to_owned()]);
+        assert_eq!(places(true).look().manifests.len(), 3);
+
+        // What stands for a card.
+        assert!(!has_card(&dev));
+        for (node, counts) in [("null", false), ("dri/card0", false), ("dri/renderD128", true)] {
+            write(&dev.join(node));
+            assert_eq!(has_card(&dev), counts, "{node}");
+        }
+        for node in ["nvidia0", "dxg"] {
+            let dev = temp.path().join(node);
+            write(&dev.join(node));
+            assert!(has_card(&dev), "{node}");
+        }
     }
 
     #[test]

@@ -138,7 +138,7 @@ fn links_between_documents_lead_somewhere() {
     let root = xtask::root();
     let mut documents: Vec<_> =
         ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(|d| root.join(d)).into();
-    for folder in ["docs", "docs/models", "docs/reproductions"] {
+    for folder in ["docs", "docs/models", "docs/reproductions", "docs/techniques", "docs/measurements", "docs/truth"] {
         let entries = std::fs::read_dir(root.join(folder)).expect("the folder is there");
         documents
             .extend(entries.map(|e| e.expect("an entry").path()).filter(|p| p.extension().is_some_and(|e| e == "md")));

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use ::measure::truth::{self, Combination, Context, Run};
-use ::measure::{Error, Progress};
+use ::measure::truth::{self, Combination, Context, Run, Strips};
+use ::measure::{Error, Progress, page, shell_word};
 use anyhow::{Context as _, bail};
 use job::Source;
 use raster::{Gpu, GpuOptions, Tier};
 
-use crate::measure::{INTERRUPTED, bar, cancel_on_interrupt, check_folder};
+use crate::measure::{INTERRUPTED, bar, cancel_on_interrupt, check_file, check_folder};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -50,6 +50,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         bail!("the page and its pictures need a folder: add -o FOLDER");
     };
     check_folder(folder, truth::PAGE_TITLE)?;
+    check_file(&folder.join("results.csv"), page::is_table)?;
     let source = args.scene.clone().map_or(Source::Builtin, Source::File);
     let scene = job::load(&source, &overrides(args))?;
     for warning in &scene.warnings {
@@ -59,6 +60,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let cancel = cancel_on_interrupt("stopping; the page will not be written (once more to stop at once)")?;
     let gpu = Gpu::new(&GpuOptions { adapter: args.adapter.clone(), tier: Tier::Native })?;
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    // Whether anything can be written is found out before it takes hours.
+    let strips = Strips::new(folder)?;
     let name = match &args.scene {
         Some(path) => path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         None => "the built-in scene".to_owned(),
@@ -81,7 +84,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let threads = args.threads.map_or(0, usize::from);
     let context = Context { gpu: &gpu, threads, cancel: &cancel, progress: &progress };
-    let outcome = truth::compare(&context, &scene, &combinations, folder);
+    let outcome = truth::compare(&context, &scene, &combinations, &strips);
     bar.finish_and_clear();
     let outcome = match outcome {
         Err(Error::Cancelled) => {
@@ -90,7 +93,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
         other => other?,
     };
-    truth::write(folder, &outcome, &run)?;
+    truth::write(folder, &strips, &outcome, &run)?;
     if !args.quiet {
         super::say(&format!("wrote {} rows into {}", outcome.rows.len(), folder.display()));
     }
@@ -113,10 +116,36 @@ fn overrides(args: &Args) -> Vec<String> {
 
 /// What does it again.
 fn command(args: &Args, samples: u32, [width, height]: [u32; 2]) -> String {
-    let scene = args.scene.as_ref().map(|path| format!(" {}", path.display())).unwrap_or_default();
-    let set: String = args.set.iter().map(|set| format!(" --set '{set}'")).collect();
+    let scene = args.scene.as_ref().map(|path| format!(" {}", shell_word(&path.display().to_string())));
+    let adapter = args.adapter.as_ref().map(|name| format!(" --adapter {}", shell_word(name)));
+    let set: String = args.set.iter().map(|set| format!(" --set {}", shell_word(set))).collect();
     format!(
-        "cuticle compare-renderers{scene} -o FOLDER --samples {samples} --size {width}x{height} --combinations {}{set}",
-        args.combinations.join(",")
+        "cuticle compare-renderers{} -o FOLDER --samples {samples} --size {width}x{height} --combinations {}{}{set}",
+        scene.unwrap_or_default(),
+        shell_word(&args.combinations.join(",")),
+        adapter.unwrap_or_default()
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    #[test]
+    fn the_command_can_be_pasted() {
+        let words = ["test", "my scene.toml", "-o", "p", "--adapter", "llvm (pipe)", "--set", "look.main.ior=1.5"];
+        let more = ["--set", "film.view=\"agx\"", "--combinations", "look+dom+dbk,standard", "--threads", "2"];
+        let line = Line::try_parse_from(words.into_iter().chain(more)).unwrap();
+        let want = "cuticle compare-renderers 'my scene.toml' -o FOLDER --samples 8 --size 32x48 --combinations \
+                    look+dom+dbk,standard --adapter 'llvm (pipe)' --set look.main.ior=1.5 --set 'film.view=\"agx\"'";
+        assert_eq!(command(&line.args, 8, [32, 48]), want);
+    }
 }

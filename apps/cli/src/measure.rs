@@ -32,10 +32,10 @@ pub(crate) struct Args {
         allow_negative_numbers = true
     )]
     strands: Vec<u32>,
-    /// straight, wavy, curly, or files (.hair, .toml); the first one where one is enough
+    /// straight, wavy, curly, or files (.hair, .toml) of different names; the first one where one is enough
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', default_value = "straight,wavy,curly")]
     grooms: Vec<String>,
-    /// Frames that are timed, after one that is not [default: 5, with --quick 1]
+    /// Frames that are timed, after those that are not [default: 5, with --quick 1]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     repeats: Option<u32>,
     /// Part of the adapter's name; the most capable one if left out
@@ -44,7 +44,7 @@ pub(crate) struct Args {
     /// The day to put on the pages, such as 2026-01-31; none if left out
     #[arg(long, value_name = "DAY")]
     date: Option<String>,
-    /// Leave out the dearest settings
+    /// Leave out the dearest settings: for software adapters, with a small picture and few strands
     #[arg(long)]
     quick: bool,
     /// Say nothing but errors
@@ -73,6 +73,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         bail!("pages, tables and pictures need a folder: add -o FOLDER");
     };
     check_folder(folder, page::INDEX_TITLE)?;
+    for experiment in &chosen {
+        let [text, tables @ ..] = page::files(experiment);
+        check_file(&folder.join(text), page::is_page)?;
+        for table in tables {
+            check_file(&folder.join(table), page::is_table)?;
+        }
+    }
     // Files are tried before the device is opened and minutes are spent.
     for subject in &plan.subjects {
         subject.check()?;
@@ -92,7 +99,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let session = Session::open(plan.clone(), &options, cancel, &progress)?;
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     page::write_index(folder)?;
-    let run = Run { adapter: session.adapter().clone(), date: args.date.clone(), plan };
+    let run = Run { adapter: session.adapter().clone(), date: args.date.clone(), plan, asked: args.adapter.clone() };
     if !args.quiet {
         bar.suspend(|| super::say(&run.adapter.to_string()));
     }
@@ -116,7 +123,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         page::write(folder, experiment, &page, &run)?;
         page::write_index(folder)?;
         if !args.quiet {
-            let line = format!("{name}: {} findings of the thesis reproduced", Finding::tally(&page.findings));
+            let (tally, aims) = (Finding::tally(&page.findings), Finding::aims(&page.findings));
+            let line = format!("{name}: findings of the thesis reproduced {tally}, our aims met {aims}");
             bar.suspend(|| super::say(&line));
         }
     }
@@ -146,19 +154,28 @@ fn list() -> String {
     ::measure::EXPERIMENTS.iter().map(|e| format!("{:width$}  {}: {}\n", e.name, e.figure, e.title)).collect()
 }
 
-/// Refuses what cannot become a folder of pages, and folders whose README is somebody's own text.
+/// Refuses what cannot become a folder of pages, and folders whose README is somebody's own text or cannot be read.
 pub(crate) fn check_folder(folder: &Path, title: &str) -> anyhow::Result<()> {
     if folder.exists() && !folder.is_dir() {
         bail!("{} is a file; choose a folder for the pages", folder.display());
     }
-    let index = folder.join("README.md");
-    if index.is_dir() {
-        bail!("{} is a folder; the index of the pages would stand there", index.display());
+    check_file(&folder.join("README.md"), |old| old.starts_with(title.as_bytes()))
+}
+
+/// Refuses to put a file where there is something else than one `of_ours`.
+pub(crate) fn check_file(path: &Path, of_ours: impl Fn(&[u8]) -> bool) -> anyhow::Result<()> {
+    if path.is_dir() {
+        bail!("{} is a folder, and a file would stand there; choose another folder for the pages", path.display());
     }
-    if std::fs::read(&index).is_ok_and(|old| !old.starts_with(title.as_bytes())) {
-        bail!("{} is somebody's own text and would be overwritten; choose another folder", index.display());
+    match std::fs::read(path) {
+        Ok(old) if of_ours(&old) => Ok(()),
+        Ok(_) => bail!("{} is somebody's own file and would be overwritten; choose another folder", path.display()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        // Whose it is cannot be told, so it is not overwritten.
+        Err(error) => {
+            bail!("{} would be overwritten, and cannot be read: {error}; choose another folder", path.display())
+        }
     }
-    Ok(())
 }
 
 /// A flag that Ctrl-C sets; the second time ends the program.

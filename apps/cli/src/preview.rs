@@ -89,12 +89,35 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         file.write(gpu.description(), &settings, size, &report)?;
     }
     if !args.quiet {
-        super::emit(&report.table())?;
+        super::emit(&(report.table() + &told(gpu.description(), size, &report)))?;
     }
     let report_path = report_file.as_ref().map(|file| file.path);
     let written: Vec<String> = outputs.paths().chain(report_path).map(|path| path.display().to_string()).collect();
     say(&format!("wrote {}", written.join(" and ")));
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the table does not say: without it nobody knows what its times are times of.
+fn told(adapter: &AdapterDescription, [width, height]: [u32; 2], report: &Report) -> String {
+    format!("{width} x {height} pixels, wall {:.3} ms, on {adapter}\n", report.wall_ms)
+}
+
+/// The table of the report, and what it does not say.
+fn csv(adapter: &AdapterDescription, [width, height]: [u32; 2], report: &Report) -> String {
+    // Names are text of the driver's.
+    let name = format!("\"{}\"", adapter.name.replace('"', "\"\"").replace(['\n', '\r'], " "));
+    let mut text = report.csv();
+    for (name, value) in [
+        ("adapter", name),
+        ("software", adapter.software.to_string()),
+        ("width", width.to_string()),
+        ("height", height.to_string()),
+        ("wall_ms", format!("{:.6}", report.wall_ms)),
+        ("attempts", report.attempts.to_string()),
+    ] {
+        text += &format!("frame,preview,{name},{value}\n");
+    }
+    text
 }
 
 /// Where the report goes.
@@ -132,7 +155,7 @@ impl<'a> ReportFile<'a> {
         report: &Report,
     ) -> anyhow::Result<()> {
         let text = match self.format {
-            ReportFormat::Csv => report.csv(),
+            ReportFormat::Csv => csv(adapter, size, report),
             ReportFormat::Json => json(adapter, settings, size, report).context("the report is no JSON")?,
         };
         film::write_bytes(self.path, text.as_bytes())?;
@@ -254,6 +277,23 @@ mod tests {
             "notes": ["light 0: is dark"],
         });
         assert_eq!(found, wanted);
+        // As CSV and in words, the same.
+        let csv = super::csv(&adapter, [16, 9], &report);
+        for line in [
+            "ms,dom,depth,0.250000",
+            "bytes,dom,maps,1099511627776",
+            "fragments,transparency,dropped,1",
+            "frame,preview,adapter,\"a \"\"quoted\"\" name\"",
+            "frame,preview,software,true",
+            "frame,preview,width,16",
+            "frame,preview,height,9",
+            "frame,preview,wall_ms,1.500000",
+            "frame,preview,attempts,2",
+        ] {
+            assert!(csv.lines().any(|found| found == line), "{line} in\n{csv}");
+        }
+        let told = told(&adapter, [16, 9], &report);
+        assert!(told.starts_with("16 x 9 pixels, wall 1.500 ms, on a \"quoted\" name (Vulkan, software"), "{told}");
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub(crate) struct Techniques {
     /// Scattering model of all hair; `look` is that of each look, others take its parameters over
     #[arg(long, value_enum, value_name = "MODEL", default_value_t = ShadingName::Look, help_heading = SHADING)]
     shading: ShadingName,
-    /// Evaluate models for every fragment; without it Marschner, d'Eon and Chiang are read from tables
+    /// Evaluate the model for every fragment; without it Marschner, d'Eon and Chiang are read from tables
     #[arg(long, help_heading = SHADING)]
     direct: bool,
     /// Shade fragments when they are drawn, not when the picture is put together
@@ -101,7 +101,7 @@ pub(crate) struct Techniques {
         help_heading = TRANSPARENCY
     )]
     shift: Option<Shift>,
-    /// Opacity at which the layer of dbk ends with --shift auto, between 0 and 1 [default: 0.99]
+    /// Opacity at which the layer of dbk ends with --shift auto, between 0 and 1 [default: 0.97]
     #[arg(long, value_name = "ALPHA", allow_negative_numbers = true, help_heading = TRANSPARENCY)]
     shift_opacity: Option<f32>,
 
@@ -358,12 +358,17 @@ impl Techniques {
 
     /// Refuses flags that what is chosen would not hear.
     fn check_company(&self) -> anyhow::Result<()> {
+        use ShadingName::{Chiang, Deon, Look, Marschner};
         use ShadowName::{Adsm, Dom, Osm, Sm};
         use TransparencyName::{ABuffer, Blend, Dbk, KPlus, Opaque, Subsets};
 
         if self.direct && self.table_size.is_some() {
             bail!("--table-size goes with tables; --direct does without them");
         }
+        // The others have no tables, and are always evaluated. A look may have any model.
+        let shading = |given, flag| fits(given, flag, "--shading", self.shading, &[Look, Marschner, Deon, Chiang]);
+        shading(self.direct, "--direct")?;
+        shading(self.table_size.is_some(), "--table-size")?;
         let shadow = |given, flag, with: &[ShadowName]| fits(given, flag, "--shadow", self.shadow, with);
         shadow(self.shadow_size.is_some(), "--shadow-size", &[Sm, Adsm, Osm, Dom])?;
         shadow(self.shadow_filter.is_some(), "--shadow-filter", &[Sm, Adsm, Osm, Dom])?;
@@ -430,7 +435,9 @@ fn alternatives<T: ValueEnum>(choices: &[T]) -> String {
     }
 }
 
-/// Settings as a report names them: by the words of the flags, without what the techniques do not hear.
+/// Settings as a report names them: techniques by the renderer's names, which are the words of the flags but tell
+/// variants apart (`a-buffer-k`, `k-plus-heap`); everything else as it is set, heard or not. What has no value with
+/// another technique is left out there: layers, spacing, k, sort, shift.
 #[derive(Serialize)]
 pub(crate) struct Named {
     shading: String,
@@ -563,7 +570,7 @@ mod tests {
         let spelt = "--shading look --palette 32 --table-size 64 --environment-directions 12 --area-samples 1 \
                      --shadow dom --shadow-size 512 --shadow-filter 3x3 --shadow-strength 1 \
                      --shadow-layers 0.05,0.2,1 --shadow-strands 1 --transparency dbk --shift auto \
-                     --shift-opacity 0.99 --subdivisions 1 --strands 1 --opacity 1 --supersample 1";
+                     --shift-opacity 0.97 --subdivisions 1 --strands 1 --opacity 1 --supersample 1";
         assert_eq!(settings(spelt).unwrap(), Settings::default());
         assert!((Settings::default().shadow.alpha - 0.18).abs() < 0.005, "the help rounds to two digits");
     }
@@ -658,6 +665,8 @@ mod tests {
             ("--shift 1 --shift-opacity 0.9", "--shift-opacity goes with --shift auto"),
             ("--transparency weighted --forward", "--forward goes with --transparency opaque, a-buffer, k-plus, dbk"),
             ("--direct --table-size 64", "--table-size goes with tables"),
+            ("--shading kajiya-kay --direct", "--direct goes with --shading look, marschner, deon or chiang, not with"),
+            ("--shading sadeghi --table-size 32", "--table-size goes with --shading look, marschner, deon or chiang"),
             ("--shadow none --shadow-size 64", "--shadow-size goes with --shadow sm, adsm, osm or dom, not with none"),
             ("--shadow none --shadow-filter 3x3", "--shadow-filter goes with"),
             ("--shadow none --shadow-strength 1", "--shadow-strength goes with"),

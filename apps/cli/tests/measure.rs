@@ -12,14 +12,31 @@ const SCENE: &[u8] = b"[film]\nwidth = 32\nheight = 32\n[[light]]\ntype = \"dist
                        procedural = { preset = \"short\", strands = 60 }\nlook = \"main\"\nwidth = { scale = 150.0 }\n\
                        [look.main]\npreset = \"brown\"\n";
 
+/// A few thick hairs, matt and grey, in the light of one lamp: nothing for two renderers to differ about. The
+/// exposure is not 1, so that a picture that was exposed shows.
+const SPARSE: &[u8] = b"[film]\nwidth = 48\nheight = 48\nexposure_ev = 2.0\n[[light]]\ntype = \"distant\"\n\
+                        direction = [0.3, -0.5, -0.8]\nirradiance = 1.0\n[[groom]]\n\
+                        procedural = { preset = \"short\", strands = 12 }\nlook = \"main\"\nwidth = { scale = 150.0 }\n\
+                        [look.main]\nmodel = \"lambertian\"\nalbedo = 0.8\n";
+
 fn desk() -> Desk {
-    Desk::new(&["measure"], |_| {}, &[("broken.hair", b"nothing".as_slice()), ("note", b"mine".as_slice())])
+    let desk = Desk::new(&["measure"], |_| {}, &[("broken.hair", b"nothing".as_slice()), ("note", b"mine".as_slice())]);
+    for folder in ["page", "table", "taken/README.md"] {
+        std::fs::create_dir_all(desk.path(folder)).unwrap();
+    }
+    desk.write("page/memory.md", "# Remember\n");
+    desk.write("table/memory.csv", "what,when\nmilk,today\n");
+    desk
 }
 
 fn truth() -> Desk {
-    let desk = Desk::new(&["compare-renderers"], |_| {}, &[("scene.toml", SCENE), ("note", b"mine".as_slice())]);
-    std::fs::create_dir(desk.path("other")).unwrap();
+    let files = [("scene.toml", SCENE), ("sparse.toml", SPARSE), ("note", b"mine".as_slice())];
+    let desk = Desk::new(&["compare-renderers"], |_| {}, &files);
+    for folder in ["other", "table"] {
+        std::fs::create_dir(desk.path(folder)).unwrap();
+    }
     desk.write("other/README.md", "# Something else\n");
+    desk.write("table/results.csv", "team,goals\nours,3\n");
     desk
 }
 
@@ -58,13 +75,16 @@ fn an_experiment_leaves_a_page_with_numbers_and_an_index() {
     let want = ["README.md", "memory-2.csv", "memory-plot.png", "memory.csv", "memory.md"];
     assert_eq!(desk.names_in("new/pages"), want);
     let page = desk.text("new/pages/memory.md");
-    for part in ["# Memory of transparency", "## What the thesis found", "Adapter: ", "48 x 64", "2026-01-31"] {
+    for part in ["# Memory of transparency", "## Findings", "(our aim)", "Adapter: ", "48 x 64", "2026-01-31"] {
         assert!(page.contains(part), "{part} is missing in\n{page}");
     }
     let plot = desk.image("new/pages/memory-plot.png");
     assert!(plot.width >= 720 && plot.pixels.iter().any(|pixel| *pixel != plot.pixels[0]));
+    assert!(!page.contains("medians of") && !page.contains("one frame"), "nothing was timed:\n{page}");
     // The A-buffer keeps every fragment, the DBK-buffer no more than these, and nothing is lost on the way.
     let csv = desk.text("new/pages/memory.csv");
+    // Away from its page, a table still says whose numbers it has.
+    assert!(csv.lines().next().unwrap().ends_with(",adapter,software"), "{csv}");
     let stored = |name: &str| {
         let rows = cells(&csv);
         // Names with a comma are quoted and come apart; those here have none.
@@ -110,10 +130,29 @@ fn a_scene_is_held_against_the_path_tracer() {
         let numbers: Vec<f64> = [row[5], row[7], row[8]].iter().map(|cell| cell.parse().unwrap()).collect();
         assert!(numbers.iter().all(|x| x.is_finite() && *x >= 0.0), "{row:?}");
     }
+    let names = desk.names_in("new/truth");
+    assert!(names.len() == 2 + 4 && !names.iter().any(|name| name.starts_with('.')), "{names:?}");
     for strip in ["direct-look-dom-dbk.png", "full-look-none-opaque.png"] {
         assert!(page.contains(strip), "{strip} in\n{page}");
         let strip = desk.image(&format!("new/truth/{strip}"));
         assert!(strip.width > 3 * 32, "three pictures");
+    }
+}
+
+/// Were the pictures swapped, mirrored or exposed, or hair looked for in the wrong places, this would show: hair covers
+/// little of the picture, and two stops are a factor of four.
+#[test]
+fn both_renderers_agree_where_there_is_nothing_to_differ_about() {
+    let desk = truth();
+    desk.good("sparse.toml -o p --samples 32 --combinations look+none+a-buffer,look+none+dbk,look+none+opaque --quiet");
+    let csv = desk.text("p/results.csv");
+    let rows = cells(&csv);
+    let direct: Vec<_> = rows.iter().filter(|row| row[0] == "direct").collect();
+    assert_eq!(direct.len(), 3, "{csv}");
+    for row in direct {
+        // The raster casts no shadows here, and the few hairs cast few.
+        let ratio: f64 = row[8].parse().unwrap();
+        assert!((0.7..1.3).contains(&ratio), "{row:?}");
     }
 }
 
@@ -137,6 +176,10 @@ fn what_cannot_be_measured_is_refused() {
         ("memory -o p --grooms strait", &["\"strait\"", "did you mean straight?"]),
         ("memory -o p --grooms absent.hair", &["absent.hair", ".hair"]),
         ("memory -o p --grooms broken.hair", &["broken.hair"]),
+        ("memory -o p --grooms straight,curly,straight", &["\"straight\" twice", "different names"]),
+        ("memory -o page", &["page/memory.md", "another folder"]),
+        ("memory -o table", &["table/memory.csv", "another folder"]),
+        ("memory -o taken", &["taken/README.md", "is a folder"]),
         ("memory -o p --frob", &["--frob"]),
     ]);
 }
@@ -149,6 +192,7 @@ fn what_cannot_be_compared_is_refused() {
         ("absent.toml -o p", &["absent.toml"]),
         ("scene.toml -o note", &["note", "folder"]),
         ("scene.toml -o other", &["other/README.md", "another folder"]),
+        ("scene.toml -o table", &["table/results.csv", "another folder"]),
         ("scene.toml -o p --combinations look+dmo+dbk", &["look+dmo+dbk", "did you mean look+dom+dbk?", "kajiya-kay"]),
         ("scene.toml -o p --combinations zebra", &["zebra", "standard"]),
         ("scene.toml -o p --samples 0", &["--samples", "1..=16777216"]),

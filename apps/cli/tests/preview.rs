@@ -102,12 +102,16 @@ fn every_form_of_a_report_holds_every_pass_and_buffer() {
     assert_eq!(rows(blocks[1]), buffers, "{out}");
     let stored = &report["fragments"]["stored"];
     assert!(blocks[2].starts_with(&format!("fragments stored {stored}, dropped 0")), "{out}");
+    let adapter = report["adapter"]["name"].as_str().unwrap();
+    let last = blocks[2].lines().last().unwrap();
+    assert!(last.starts_with("16 x 16 pixels, wall ") && last.contains(&format!("on {adapter} (")), "{out}");
+    assert_eq!(last.contains("software"), report["adapter"]["software"] == true, "{out}");
 
     desk.good(&format!("{flags} --report a.csv"));
     let csv = desk.text("a.csv");
     let mut lines = csv.lines();
     assert_eq!(lines.next(), Some("kind,part,name,value"));
-    let (mut csv_passes, mut csv_buffers, mut csv_stored) = (Vec::new(), Vec::new(), None);
+    let (mut csv_passes, mut csv_buffers, mut csv_stored, mut frame) = (Vec::new(), Vec::new(), None, Vec::new());
     for line in lines {
         let fields = fields(line);
         let [kind, part, name, value] = fields.as_slice() else { panic!("{line}") };
@@ -120,11 +124,17 @@ fn every_form_of_a_report_holds_every_pass_and_buffer() {
                 value.parse::<u64>().unwrap();
                 csv_buffers.push([part.clone(), name.clone()]);
             }
+            "frame" => frame.push((name.clone(), value.clone())),
             _ if name == "stored" => csv_stored = value.parse().ok(),
             _ => assert_eq!((name.as_str(), value.as_str()), ("dropped", "0"), "{line}"),
         }
     }
     assert_eq!((csv_passes, csv_buffers, csv_stored), (passes, buffers, stored.as_u64()));
+    let names: Vec<&str> = frame.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["adapter", "software", "width", "height", "wall_ms", "attempts"]);
+    let software = report["adapter"]["software"].to_string();
+    assert_eq!([&frame[0].1, &frame[1].1, &frame[2].1, &frame[3].1], [adapter, &software, "16", "16"]);
+    assert!(frame[4].1.parse::<f64>().unwrap() > 0.0 && frame[5].1.parse::<u32>().unwrap() >= 1, "{frame:?}");
 }
 
 #[test]
@@ -342,6 +352,7 @@ fn flags_that_do_not_go_together_are_refused() {
         ("tiny.toml --shift 1 --shift-opacity 0.5", &["--shift-opacity", "--shift auto"]),
         ("tiny.toml --transparency weighted --forward", &["--forward", "not with weighted"]),
         ("tiny.toml --direct --table-size 32", &["--table-size", "--direct"]),
+        ("tiny.toml --shading fur --direct", &["--direct", "look, marschner, deon or chiang", "not with fur"]),
         ("tiny.toml --shadow none --shadow-size 64", &["--shadow-size", "sm, adsm, osm or dom", "not with none"]),
         ("tiny.toml --shadow sm --shadow-layers 0.5,1", &["--shadow-layers", "dom", "not with sm"]),
         ("tiny.toml --shadow-spacing 1", &["--shadow-spacing", "adsm", "not with dom"]),

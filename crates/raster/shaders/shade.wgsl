@@ -157,16 +157,19 @@ fn payload_direction(p: vec2f) -> vec3f {
     return normalize(d);
 }
 
-// Shaded forward, radiance and alpha as halves. Deferred, the first word is the tangent; the second, from its lowest
-// bit on:
+// Shaded forward, radiance and alpha as halves. Deferred, from the lowest bit of the first word on:
 //
+//     28 bits  tangent, two numbers: 1e-4 rad
+//     4 bits   h, the lower ones
 //     8 bits   entry of the palette
 //     11 bits  square root of alpha: steps shrink with it, and 1e-7 is not nothing yet
-//     7 bits   h; an odd number of steps, so that the middle is one
+//     7 bits   h, the upper ones. In all it is the middle of one of 2048 steps: in the near field it is an azimuth next to
+//              narrow lobes, and at its very ends Fresnel reflection is 1
 //     1 bit    the fiber is wide enough to be seen from near
 //     5 bits   the strand's lot
+const PAYLOAD_TANGENT: f32 = 8191.0;
 const PAYLOAD_ALPHA: f32 = 2047.0;
-const PAYLOAD_H: f32 = 63.0;
+const PAYLOAD_H: f32 = 1024.0;
 const PAYLOAD_WIDE: u32 = 0x4000000u;
 // Where as much of the near field counts as of the far one, pixels; and a width with nothing but the near one.
 const PAYLOAD_WIDE_PX: f32 = 1.125;
@@ -175,10 +178,13 @@ const PAYLOAD_NEAR_PX: f32 = 2.0;
 fn fragment_payload(f: Fragment) -> vec2u {
     if SHADE_DEFERRED {
         let alpha = u32(round(sqrt(clamp(f.alpha, 0.0, 1.0)) * PAYLOAD_ALPHA));
-        let h = u32(round((1.0 + clamp(f.h, -1.0, 1.0)) * PAYLOAD_H));
+        let h = u32(clamp((1.0 + f.h) * PAYLOAD_H, 0.0, 2.0 * PAYLOAD_H - 1.0));
+        let tangent = vec2u(round((1.0 + payload_octahedral(f.tangent)) * PAYLOAD_TANGENT));
         let wide = select(0u, PAYLOAD_WIDE, f.width_px >= PAYLOAD_WIDE_PX);
-        let rest = f.entry | (alpha << 8u) | (h << 19u) | wide | (shade_lot(f.strand) << 27u);
-        return vec2u(pack2x16snorm(payload_octahedral(f.tangent)), rest);
+        return vec2u(
+            tangent.x | (tangent.y << 14u) | ((h & 15u) << 28u),
+            f.entry | (alpha << 8u) | ((h >> 4u) << 19u) | wide | (shade_lot(f.strand) << 27u),
+        );
     }
     let color = clamp(shade(f), vec3f(0.0), vec3f(60000.0));
     return vec2u(pack2x16float(color.xy), pack2x16float(vec2f(color.z, f.alpha)));
@@ -197,9 +203,11 @@ fn payload_color(payload: vec2u, pixel: vec2f, depth: f32) -> vec4f {
         var f: Fragment;
         f.position = view_position(pixel, depth);
         f.depth = depth;
-        f.tangent = payload_direction(unpack2x16snorm(payload.x));
+        let tangent = vec2f(vec2u(payload.x, payload.x >> 14u) & vec2u(16383u));
+        f.tangent = payload_direction(tangent / PAYLOAD_TANGENT - 1.0);
         f.alpha = payload_alpha(payload);
-        f.h = f32((payload.y >> 19u) & 127u) / PAYLOAD_H - 1.0;
+        let h = (((payload.y >> 19u) & 127u) << 4u) | (payload.x >> 28u);
+        f.h = (f32(h) + 0.5) / PAYLOAD_H - 1.0;
         // The alpha of narrower fibers is their width, as long as hair is opaque.
         f.width_px = select(f.alpha, PAYLOAD_NEAR_PX, (payload.y & PAYLOAD_WIDE) != 0u);
         f.entry = payload.y & 255u;

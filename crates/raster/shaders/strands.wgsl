@@ -9,6 +9,7 @@ struct HairGeometry {
     opacity: f32,       // [0, 1]
     subdivisions: u32,  // pieces between two points
     curved: u32,        // 1: Catmull-Rom spans; 0: straight ones
+    slanted: u32,       // 1: the device gives a line one pixel for each row or column; 0: as many as it is long
 }
 
 @group(1) @binding(0) var<uniform> hair_geometry: HairGeometry;
@@ -206,10 +207,11 @@ fn hair_line(@builtin(vertex_index) index: u32) -> HairVertex {
     var v: HairVertex;
     v.position = place.position;
     v.clip = view.clip_from_world * vec4f(v.position, 1.0);
-    // A line has one pixel for each row or column that it crosses, whichever are more: fewer than its length.
+    // Some devices draw lines as rectangles. With others a line has one pixel for each row or column that it crosses,
+    // whichever are more: fewer than its length.
     var stretch = 1.0;
     let far_end = view.clip_from_world * vec4f(other.position, 1.0);
-    if v.clip.w > 0.0 && far_end.w > 0.0 {
+    if hair_geometry.slanted == 1u && v.clip.w > 0.0 && far_end.w > 0.0 {
         let span = abs((far_end.xy / far_end.w - v.clip.xy / v.clip.w) * view.size);
         let pixels = max(span.x, span.y);
         if pixels > 0.0 {

@@ -368,6 +368,69 @@ impl Gpu {
         buffer
     }
 
+    /// Whether a line has one pixel for each row or column that it crosses, whichever are more, and not as many as it is
+    /// long: the standard allows both, and only trying tells.
+    pub(crate) fn slants_lines(&self) -> Result<bool, GpuError> {
+        // 48 columns and 38.4 rows: 48 pixels, or 61.5.
+        const TEXT: &str = "
+@vertex
+fn trial_vertex(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
+    return vec4f(select(vec2f(-0.75, -0.75), vec2f(0.75, 0.45), i == 1u), 0.0, 1.0);
+}
+
+@fragment
+fn trial_fragment() -> @location(0) vec4f {
+    return vec4f(1.0);
+}
+";
+        const SIDE: u32 = 64;
+        let format = wgpu::TextureFormat::R8Unorm;
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let texture = self.device.create_texture(&crate::stage::texture_2d("trial", [SIDE; 2], 1, format, usage));
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("trial"),
+            source: wgpu::ShaderSource::Wgsl(TEXT.into()),
+        });
+        let pipeline = self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("trial"),
+            layout: None,
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("trial_vertex"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState {
+                topology: wgpu::PrimitiveTopology::LineList,
+                ..wgpu::PrimitiveState::default()
+            },
+            depth_stencil: None,
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("trial_fragment"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[crate::stage::target(format, None)],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("trial") });
+        {
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("trial"),
+                color_attachments: &[crate::frame::cleared(&view, wgpu::Color::TRANSPARENT)],
+                ..wgpu::RenderPassDescriptor::default()
+            });
+            pass.set_pipeline(&pipeline);
+            pass.draw(0..2, 0..1);
+        }
+        self.queue.submit([encoder.finish()]);
+        let texels = self.fetch_texture(&texture, 0, wgpu::TextureAspect::All)?;
+        Ok(texels.iter().filter(|&&texel| texel > 0).count() < 54)
+    }
+
     /// The content of a buffer with `MAP_READ`.
     pub(crate) fn read(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
         let slice = buffer.slice(..);

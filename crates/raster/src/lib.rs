@@ -50,6 +50,7 @@ pub use settings::{
     DepthShift, DualScattering, Filter, Geometry, KAPPA, KPlusForm, Lighting, SettingError, Settings, Shading,
     ShadingSource, ShadingTime, Shadow, ShadowTechnique, Shape, Sort, Transparency,
 };
+pub use shadow::OpacityMap;
 
 /// Why there is no picture.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

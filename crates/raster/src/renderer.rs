@@ -15,7 +15,7 @@ use crate::meter::{Allocation, Fragments, Report, Span};
 use crate::palette::Palette;
 use crate::settings::{Geometry, Settings, Shadow, Transparency};
 use crate::shade::Shading;
-use crate::shadow::Shadows;
+use crate::shadow::{OpacityMap, Shadows};
 use crate::sky::Sky;
 use crate::solid::Solids;
 use crate::stage::{Context, Stage, Targets, texture_bytes};
@@ -121,6 +121,24 @@ impl Renderer {
     /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// Pieces between two points of all strands.
+    pub fn segments(&self) -> u64 {
+        self.strands.segments()
+    }
+
+    /// How many lamps the scene's lights have become.
+    pub fn lamps(&self) -> usize {
+        self.shadows.lamp_count()
+    }
+
+    /// What the last frame's opacity map of a lamp holds; `None` if the technique has none, or there is no such lamp.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn opacities(&self, lamp: usize) -> Result<Option<OpacityMap>, RasterError> {
+        Ok(self.shadows.fetch_layer(&self.gpu, lamp)?)
     }
 
     /// Changes the settings; makes only what depends on those that changed.
@@ -382,6 +400,11 @@ fn shadows(gpu: &Gpu, scene: &Scene, settings: &Settings, lamps: &Lamps, strands
 
 #[cfg(test)]
 impl Renderer {
+    /// The hair on the device.
+    pub(crate) fn strands(&self) -> &Strands {
+        &self.strands
+    }
+
     /// Draws what is solid, and then whatever a test wants.
     pub(crate) fn compose(
         &mut self,

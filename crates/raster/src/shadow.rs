@@ -112,13 +112,13 @@ struct FillPass {
 
 /// Sums of fibers as a lamp sees them.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct OpacityMap {
+pub struct OpacityMap {
     /// Texels a side.
-    pub(crate) side: u32,
+    pub side: u32,
     /// Sums per texel: 4 or 16, those of layers that are not in use among them.
-    pub(crate) layers: usize,
+    pub layers: usize,
     /// Expected number of fibers up to the far side of each layer; texel by texel, row by row.
-    pub(crate) fibers: Vec<f32>,
+    pub fibers: Vec<f32>,
 }
 
 /// The lamps of a scene and their shadow maps.
@@ -232,7 +232,11 @@ impl Shadows {
                 ShadowTechnique::Dom { layers, ends } => table::fill_ends(layers, ends, thickness),
                 _ => [f32::MAX; 4],
             };
-            let buffer = gpu.buffer("shadow fill", bytes_of(&Fill { ends, hair: map.hair, first, _end: 0 }), wgpu::BufferUsages::UNIFORM);
+            let buffer = gpu.buffer(
+                "shadow fill",
+                bytes_of(&Fill { ends, hair: map.hair, first, _end: 0 }),
+                wgpu::BufferUsages::UNIFORM,
+            );
             let nearest = hair.as_ref().unwrap_or(&self.blank);
             let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("shadow fill"),

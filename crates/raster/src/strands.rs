@@ -57,6 +57,7 @@ struct HairGeometry {
     opacity: f32,
     subdivisions: u32,
     curved: u32,
+    slanted: u32,
 }
 
 /// Marks of a point, besides its entry; the shader knows them too.
@@ -335,6 +336,8 @@ pub(crate) struct Strands {
     source: Arc<Source>,
     batches: Vec<Arc<Uploaded>>,
     curved: bool,
+    /// See [`Gpu::slants_lines`].
+    slanted: bool,
     bounds: Option<(Vec3, Vec3)>,
     spacing: f32,
 }
@@ -365,7 +368,8 @@ impl Strands {
         }
         let bounds = source.bounds(curved);
         let spacing = source.mean_spacing(bounds);
-        Ok(Self { source: Arc::new(source), batches: uploaded, curved, bounds, spacing })
+        let slanted = gpu.slants_lines()?;
+        Ok(Self { source: Arc::new(source), batches: uploaded, curved, slanted, bounds, spacing })
     }
 
     /// What one use of the strands binds and draws.
@@ -376,6 +380,7 @@ impl Strands {
             opacity: geometry.opacity,
             subdivisions,
             curved: u32::from(self.curved),
+            slanted: u32::from(self.slanted),
         };
         let numbers_buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("hair geometry"),
@@ -891,6 +896,7 @@ mod tests {
             ("opacity", std::mem::offset_of!(HairGeometry, opacity) as u32),
             ("subdivisions", std::mem::offset_of!(HairGeometry, subdivisions) as u32),
             ("curved", std::mem::offset_of!(HairGeometry, curved) as u32),
+            ("slanted", std::mem::offset_of!(HairGeometry, slanted) as u32),
         ];
         assert_eq!((theirs.as_slice(), *span), (ours.as_slice(), size_of::<HairGeometry>() as u32));
     }

@@ -1,8 +1,9 @@
 //! What the interactive renderer's techniques cost, and how far their pictures are from the truth.
 //!
 //! An [`Experiment`] repeats a measurement of Hunz 2016 (chapter 6) with our own renderer and brings back a [`Page`]:
-//! tables of raw numbers, plots, pictures, and [`Finding`]s. A finding holds what the thesis found, what was measured
-//! here, and whether that is the same order or ratio; it is computed from the numbers and never written by hand.
+//! tables of raw numbers, plots, pictures, and [`Finding`]s. A finding holds what the thesis found, or what we aim at,
+//! what was measured here, and whether that is the same order or ratio; it is computed from the numbers and never
+//! written by hand.
 //! [`page`] writes pages as Markdown with CSV beside them.
 //!
 //! [`truth`] holds combinations of techniques against the path tracer.
@@ -35,9 +36,9 @@ mod transparency;
 
 use std::path::PathBuf;
 
-pub use finding::Finding;
+pub use finding::{Finding, Verdict};
 pub use page::{Page, Picture, Run};
-pub use session::{Plan, PlanError, Progress, Session, THESIS_VIEWPORT};
+pub use session::{Plan, PlanError, Progress, Session, THESIS_VIEWPORT, shell_word};
 pub use subject::{Subject, UnknownSubject};
 pub use table::{Cell, Table, number};
 
@@ -50,32 +51,49 @@ pub struct Experiment {
     pub figure: &'static str,
     /// A heading.
     pub title: &'static str,
+    /// Whether it takes times.
+    pub timed: bool,
     /// Does it.
     pub run: fn(&Session<'_>) -> Result<Page, Error>,
 }
 
 /// All experiments, in the order of the thesis; what it does not have comes last.
 pub static EXPERIMENTS: &[Experiment] = &[
-    Experiment { name: "shading", figure: "fig. 33", title: "Shading for ever more strands", run: shading::run },
-    Experiment { name: "models", figure: "figs. 29 to 32, 46", title: "Shading models", run: models::run },
-    Experiment { name: "shadows", figure: "fig. 36", title: "Shadows: technique, size and filter", run: shadows::run },
+    Experiment {
+        name: "shading",
+        figure: "fig. 33",
+        title: "Shading for ever more strands",
+        timed: true,
+        run: shading::run,
+    },
+    Experiment { name: "models", figure: "figs. 29 to 32, 46", title: "Shading models", timed: true, run: models::run },
+    Experiment {
+        name: "shadows",
+        figure: "fig. 36",
+        title: "Shadows: technique, size and filter",
+        timed: true,
+        run: shadows::run,
+    },
     Experiment {
         name: "transparency",
         figure: "fig. 41",
         title: "Transparency with and without shadows",
+        timed: true,
         run: transparency::run,
     },
-    Experiment { name: "memory", figure: "fig. 42", title: "Memory of transparency", run: memory::run },
+    Experiment { name: "memory", figure: "fig. 42", title: "Memory of transparency", timed: false, run: memory::run },
     Experiment {
         name: "pictures",
         figure: "figs. 34, 37, 38, 40, 47",
         title: "Pictures by every technique",
+        timed: false,
         run: pictures::run,
     },
     Experiment {
         name: "quality",
         figure: "sec. 6.3.1",
         title: "Transparency against the full sort",
+        timed: false,
         run: quality::run,
     },
 ];

@@ -2,9 +2,11 @@
 
 use raster::{Geometry, Settings, Shading, ShadingTime, Shape};
 
-use crate::session::{Remarks, plain};
+use crate::finding::Measured;
+use crate::session::{Remarks, judged, plain, times};
 use crate::sheet;
-use crate::subject::Pose;
+use crate::subject::{Pose, seen};
+use crate::table::grouped;
 use crate::{Error, Finding, Page, Picture, Session, Table};
 
 /// What is compared: the thesis draws lines, forward and deferred.
@@ -20,7 +22,7 @@ struct Sample {
     subject: String,
     strands: u32,
     variant: usize,
-    ms: f64,
+    time: Measured,
 }
 
 pub(crate) fn run(session: &Session<'_>) -> Result<Page, Error> {
@@ -29,8 +31,8 @@ pub(crate) fn run(session: &Session<'_>) -> Result<Page, Error> {
     let mut counts = plan.strands.clone();
     counts.sort_unstable();
     counts.dedup();
-    if plan.quick && counts.len() > 2 {
-        counts = vec![counts[0], counts[counts.len() - 1]];
+    if plan.quick && counts.len() > 3 {
+        counts = vec![counts[0], counts[counts.len() / 2], counts[counts.len() - 1]];
     }
     let mut remarks = Remarks::default();
     let mut table = Table::new(
@@ -61,12 +63,12 @@ pub(crate) fn run(session: &Session<'_>) -> Result<Page, Error> {
                 })
             };
             let points = (there as f64 * f64::from(settings(0).geometry.strands)).round() as u64;
-            let mut renderer = session.renderer(&prepared.scene, &settings(0))?;
+            let mut bench = session.bench(&prepared.scene);
             for (variant, (told, ..)) in VARIANTS.iter().enumerate().take(variants) {
                 let what = format!("{name}, {last} strands, {told}");
                 session.step(&what, table.rows.len() as f64 / all)?;
-                let cost = session.cost(&mut renderer, &settings(variant), &what, &mut remarks)?;
-                let (ms, [least, most]) = cost.map_or((f64::NAN, [f64::NAN; 2]), |cost| (cost.ms, cost.span));
+                let cost = session.cost(&mut bench, &settings(variant), &what, &mut remarks)?;
+                let Measured { middle: ms, least, most } = times(cost.as_ref());
                 table.row([
                     name.clone().into(),
                     last.into(),
@@ -76,7 +78,8 @@ pub(crate) fn run(session: &Session<'_>) -> Result<Page, Error> {
                     least.into(),
                     most.into(),
                 ]);
-                samples.push(Sample { subject: name.clone(), strands: last, variant, ms });
+                let time = judged(cost.as_ref());
+                samples.push(Sample { subject: name.clone(), strands: last, variant, time });
             }
         }
     }
@@ -89,16 +92,15 @@ pub(crate) fn run(session: &Session<'_>) -> Result<Page, Error> {
         .collect();
     let page = Page {
         text: vec![
-            "Hair is opaque, lit by one light and casts no shadow; it is shaded by Marschner's model from tables. The \
-             camera stands at the side and frames the hair."
-                .into(),
+            format!("{} It is opaque and casts no shadow.", seen(&plan.subjects)),
+            "Looks that are no scene file's are Marschner's model, read from tables.".into(),
         ],
         findings: findings(&samples, &names),
         tables: vec![table],
         pictures: vec![Picture {
             stem: "plot",
             caption: "Time of a frame for ever more strands.".into(),
-            png: sheet::lines("", "strands / 1000", "time / ms", &panels)?,
+            png: sheet::lines(&session.label(), "strands / 1000", "time / ms", &panels)?,
         }],
         ..Page::default()
     };
@@ -108,26 +110,29 @@ pub(crate) fn run(session: &Session<'_>) -> Result<Page, Error> {
 /// Thousands of strands, ms.
 fn curve(samples: &[Sample], subject: &str, variant: usize) -> Vec<[f64; 2]> {
     let of = samples.iter().filter(|s| s.subject == subject && s.variant == variant);
-    of.map(|s| [f64::from(s.strands) / 1000.0, s.ms]).collect()
+    of.map(|s| [f64::from(s.strands) / 1000.0, s.time.middle]).collect()
 }
 
 fn findings(samples: &[Sample], subjects: &[String]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for subject in subjects {
-        let forward = curve(samples, subject, 0);
-        let [Some(first), Some(last)] = [forward.first(), forward.last()] else { continue };
-        if forward.len() > 1 {
-            findings.push(Finding::above(
-                format!("{subject}: more strands take longer ({} thousand over {} thousand)", last[0], first[0]),
-                1.0,
-                last[1] / first[1],
+        let of = |variant: usize| samples.iter().filter(move |s| s.subject == *subject && s.variant == variant);
+        let (Some(first), Some(last)) = (of(0).next(), of(0).next_back()) else { continue };
+        if first.strands < last.strands {
+            let [few, many] = [first, last].map(|s| format!("{} strands", grouped(s.strands.into())));
+            findings.push(Finding::order_of(
+                format!("{subject}, forward: more strands take longer"),
+                &[(few.as_str(), first.time), (many.as_str(), last.time)],
             ));
         }
-        let deferred = curve(samples, subject, 1).last().map_or(f64::NAN, |point| point[1]);
-        findings.push(Finding::above(
-            format!("{subject}: deferred shading of opaque hair without shadows is a little slower than forward"),
-            1.0,
-            deferred / last[1],
+        let deferred = of(1).next_back().map_or(f64::NAN, |s| s.time.middle);
+        findings.push(Finding::between(
+            format!(
+                "{subject}: deferred shading of opaque hair without shadows is a little slower (up to a quarter) than \
+                 forward: deferred over forward"
+            ),
+            [1.0, 1.25],
+            deferred / last.time.middle,
         ));
     }
     findings
@@ -139,12 +144,26 @@ mod tests {
 
     #[test]
     fn findings_follow_from_the_samples() {
-        let sample = |strands, variant, ms| Sample { subject: "curly".into(), strands, variant, ms };
-        let samples = [sample(10_000, 0, 2.0), sample(10_000, 1, 2.5), sample(50_000, 0, 8.0), sample(50_000, 1, 6.0)];
-        let found = findings(&samples, &["curly".into(), "absent".into()]);
-        let told: Vec<(&str, Option<bool>)> = found.iter().map(|f| (f.found.as_str(), f.agrees)).collect();
-        assert_eq!(told, [("4.00", Some(true)), ("0.750", Some(false))]);
-        assert!(found[0].claim.contains("50 thousand over 10 thousand"), "{}", found[0].claim);
+        let sample = |strands, variant, ms| {
+            let time = Measured { middle: ms, least: 0.9 * ms, most: 1.1 * ms };
+            Sample { subject: "curly".into(), strands, variant, time }
+        };
+        let mut samples =
+            [sample(10_000, 0, 2.0), sample(10_000, 1, 2.5), sample(50_000, 0, 8.0), sample(50_000, 1, 6.0)];
+        let subjects = ["curly".to_owned(), "absent".to_owned()];
+        let told = |samples: &[Sample]| {
+            let found = findings(samples, &subjects);
+            found.iter().map(|f| (f.found.clone(), f.told())).collect::<Vec<_>>()
+        };
+        let order = |text: &str, verdict| (text.to_owned(), verdict);
+        let rises = order("10,000 strands 2.00 < 50,000 strands 8.00", "reproduced");
+        assert_eq!(told(&samples), [rises.clone(), order("0.750", "not reproduced")]);
+        samples[3].time.middle = 10.0;
+        assert_eq!(told(&samples), [rises, order("1.25", "reproduced")]);
+        samples[3].time.middle = 6.0;
+        // Repeats that overlap have no order.
+        samples[2].time = Measured { middle: 2.2, least: 1.9, most: 2.5 };
+        assert_eq!(told(&samples)[0].1, "within the spread");
         assert_eq!(curve(&samples, "curly", 1), [[10.0, 2.5], [50.0, 6.0]]);
     }
 }

@@ -9,6 +9,15 @@ use crate::Error;
 /// Sheets of pictures are not wider than this, where whole-numbered reduction can see to it.
 const WIDEST: u32 = 1400;
 
+/// No figure is higher than this, pixels.
+const HIGHEST: u32 = 16_384;
+
+/// Room of a row of pictures besides the pictures: its names, and what lies between rows. More than it takes.
+const ROW: u32 = 64;
+
+/// Pictures are shown no narrower than this, so that their names have room.
+const NARROWEST: u32 = 120;
+
 /// Room of a figure around and between its panels, pixels.
 const MARGIN: u32 = 28;
 const GUTTER: u32 = 36;
@@ -20,7 +29,9 @@ pub(crate) type Curve = (String, Vec<[f64; 2]>);
 pub(crate) fn lines(title: &str, x: &str, y: &str, panels: &[(String, Vec<Curve>)]) -> Result<Vec<u8>, Error> {
     let columns = panels.len().clamp(1, 3);
     let panels = panels.iter().map(|(title, curves)| {
-        let series = curves.iter().enumerate().map(|(i, (name, points))| {
+        // A curve of nothing but what was not measured would be a name without a line.
+        let known = curves.iter().enumerate().filter(|(_, (_, points))| points.iter().any(|p| p[1].is_finite()));
+        let series = known.map(|(i, (name, points))| {
             Series::line(name, points.clone()).marked(Marker::SERIES[i % Marker::SERIES.len()])
         });
         let from_zero = |values: &mut dyn Iterator<Item = f64>| {
@@ -56,7 +67,7 @@ fn drawn(figure: &Figure) -> Result<Vec<u8>, Error> {
 }
 
 /// Pictures under their names, row by row, all developed alike; reduced by a whole number where they would be too
-/// wide together.
+/// wide or too high together.
 pub(crate) fn sheet(shots: &[(String, Image)], columns: usize, exposure_ev: f32, view: View) -> Result<Vec<u8>, Error> {
     let developed = shots.iter().map(|(name, image)| (name.clone(), image, exposure_ev, view)).collect::<Vec<_>>();
     developed_sheet(&developed, columns)
@@ -66,27 +77,39 @@ pub(crate) fn sheet(shots: &[(String, Image)], columns: usize, exposure_ev: f32,
 pub(crate) fn developed_sheet(shots: &[(String, &Image, f32, View)], columns: usize) -> Result<Vec<u8>, Error> {
     let columns = columns.clamp(1, shots.len().max(1));
     let widest = shots.iter().map(|shot| shot.1.width).max().unwrap_or(1);
-    let factor = reduction(widest, columns as u32);
+    let highest = shots.iter().map(|shot| shot.1.height).max().unwrap_or(1);
+    let rows = shots.len().div_ceil(columns).max(1);
+    // Rows share the height that a figure may have.
+    let room =
+        (HIGHEST.saturating_sub(2 * MARGIN) / u32::try_from(rows).unwrap_or(u32::MAX)).saturating_sub(ROW).max(1);
+    let factor = reduction(widest, columns as u32).max(highest.div_ceil(room));
+    // A panel is as wide as its picture, so that pixels of one are pixels of the other. A narrow picture is enlarged;
+    // one that would be too high then gets paper at its side.
+    let (wide, high) = (widest.div_ceil(factor), highest.div_ceil(factor));
+    let cell = wide.max(NARROWEST);
+    let least = u32::try_from((u64::from(cell) * u64::from(high)).div_ceil(u64::from(room))).unwrap_or(u32::MAX);
     let mut panels = Vec::with_capacity(shots.len());
     for (name, image, exposure_ev, view) in shots {
         let image = reduced(image, factor);
-        let rgb = image.pixels.iter().flat_map(|light| {
+        let paper = least.saturating_sub(image.width);
+        let mut rgb = Vec::new();
+        for row in image.pixels.chunks(image.width.max(1) as usize) {
             // Rounded to the nearest of 256 levels.
-            view.to_display(*light, *exposure_ev).map(|shown| (shown * 255.0 + 0.5) as u8)
-        });
-        let picture = Picture::new(image.width, image.height, rgb.collect())
-            .map_err(|error| Error::Picture(error.to_string()))?;
+            let shown = row.iter().flat_map(|light| view.to_display(*light, *exposure_ev));
+            rgb.extend(shown.map(|shown| (shown * 255.0 + 0.5) as u8));
+            rgb.extend(std::iter::repeat_n(255_u8, 3 * paper as usize));
+        }
+        let picture =
+            Picture::new(image.width + paper, image.height, rgb).map_err(|error| Error::Picture(error.to_string()))?;
         panels.push(Panel::new(name, picture));
     }
-    // A panel is as wide as its picture, so that pixels of one are pixels of the other.
-    let cell = widest.div_ceil(factor).max(120);
     let width = f64::from(2 * MARGIN + columns as u32 * (cell + GUTTER) - GUTTER);
     drawn(&Figure { columns, width, panels, ..Figure::default() })
 }
 
 /// By how much pictures are reduced so that `columns` of them fit beside each other.
 fn reduction(width: u32, columns: u32) -> u32 {
-    let room = (WIDEST.saturating_sub(2 * MARGIN + (columns - 1) * GUTTER) / columns).max(120);
+    let room = (WIDEST.saturating_sub(2 * MARGIN + (columns - 1) * GUTTER) / columns).max(NARROWEST);
     width.div_ceil(room).max(1)
 }
 
@@ -182,6 +205,19 @@ mod tests {
         // The outermost pixels may be mixed with paper where the size of a frame was rounded.
         let reds = back.pixels.iter().filter(|c| c[0] > 0.99 && c[1] < 0.01 && c[2] < 0.01).count();
         assert!((2 * 128 * 88..=2 * 130 * 90).contains(&reds), "{reds}");
+    }
+
+    #[test]
+    fn sheets_of_many_rows_and_of_high_pictures_fit() {
+        let grey = |width: u32, height: u32| {
+            let pixels = vec![Rgb::splat(0.5); (width * height) as usize];
+            ("grey".to_owned(), Image::new(width, height, pixels, None).unwrap())
+        };
+        // A hundred rows; one picture that is as high as pictures can be; one that is as thin as well.
+        for shots in [vec![grey(40, 300); 100], vec![grey(8, 16_384)], vec![grey(1, 16_384); 2]] {
+            let png = sheet(&shots, 1, 0.0, View::Srgb).unwrap();
+            assert_eq!(png[1..4], *b"PNG");
+        }
     }
 
     #[test]

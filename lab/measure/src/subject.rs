@@ -74,6 +74,11 @@ impl Subject {
         }
     }
 
+    /// Whether it is a scene file, which brings its own camera, lights and looks.
+    pub(crate) fn is_scene(&self) -> bool {
+        matches!(self, Self::File(path) if is_toml(path))
+    }
+
     /// Whether it can be loaded; what is grown always can.
     ///
     /// # Errors
@@ -103,8 +108,25 @@ impl Subject {
     }
 }
 
+fn is_toml(path: &Path) -> bool {
+    path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml"))
+}
+
+/// From where grooms are seen and how they are lit, as a sentence for pages that put them into [`Pose::SIDE`].
+pub(crate) fn seen(subjects: &[Subject]) -> String {
+    let scenes: Vec<String> = subjects.iter().filter(|one| one.is_scene()).map(Subject::name).collect();
+    let side = "seen from the side and lit by one light that is far away";
+    if scenes.is_empty() {
+        format!("Hair is {side}.")
+    } else if scenes.len() == subjects.len() {
+        "Camera, lights and looks are those of the scene file.".into()
+    } else {
+        format!("Hair is {side}; but camera, lights and looks of {} are those of its scene file.", scenes.join(", "))
+    }
+}
+
 fn file(path: &Path, strands: u32, pose: Pose, size: [u32; 2]) -> Result<Prepared, Error> {
-    let scene = if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml")) {
+    let scene = if is_toml(path) {
         let [width, height] = size;
         let overrides = [format!("film.width={width}"), format!("film.height={height}")];
         job::load(&job::Source::File(path.to_owned()), &overrides)?
@@ -242,7 +264,11 @@ mod tests {
         let text = "[[groom]]\nprocedural = { preset = \"short\", strands = 80 }\n[[light]]\ntype = \"environment\"\n";
         std::fs::write(&path, text).unwrap();
         let subject = Subject::named(path.to_str().unwrap()).unwrap();
-        assert_eq!(subject.name(), "some");
+        assert_eq!((subject.name().as_str(), subject.is_scene()), ("some", true));
+        assert!(!Subject::File("some.hair".into()).is_scene() && !Subject::Wavy.is_scene());
+        assert!(seen(&Subject::GROWN).contains("from the side") && !seen(&Subject::GROWN).contains("scene file"));
+        assert_eq!(seen(std::slice::from_ref(&subject)), "Camera, lights and looks are those of the scene file.");
+        assert!(seen(&[Subject::Wavy, subject.clone()]).contains("looks of some are those of its scene file"));
         let prepared = subject.prepared(20, Pose::SIDE, [8, 4]).unwrap();
         assert_eq!((prepared.strands, prepared.settings(Settings::default()).geometry.strands), (20, 0.25));
         assert_eq!((prepared.scene.film.width, prepared.scene.film.height), (8, 4));

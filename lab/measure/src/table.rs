@@ -1,5 +1,7 @@
 //! Tables: for people in Markdown, for programs in CSV.
 
+use raster::AdapterDescription;
+
 /// What stands in one place of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
@@ -44,6 +46,12 @@ impl From<u64> for Cell {
 impl From<Option<f64>> for Cell {
     fn from(x: Option<f64>) -> Self {
         Self::Number(x.unwrap_or(f64::NAN))
+    }
+}
+
+impl From<Option<u64>> for Cell {
+    fn from(n: Option<u64>) -> Self {
+        n.map_or(Self::Number(f64::NAN), Self::Count)
     }
 }
 
@@ -102,17 +110,23 @@ impl Table {
         out
     }
 
-    /// For programs: all digits, a line of heads first.
-    pub fn csv(&self) -> String {
+    /// For programs: all digits, a line of heads first. Every row ends with the adapter and whether it is a software
+    /// adapter, so that its numbers are not taken for those of a GPU when they are away from their page.
+    pub fn csv(&self, adapter: &AdapterDescription) -> String {
         let heads = self.columns.iter().map(|head| Cell::from(*head).csv()).collect::<Vec<_>>().join(",");
-        let mut out = format!("{heads}\n");
+        let mut out = format!("{heads}{ADAPTER_HEADS}\n");
+        let whose = format!(",{},{}", Cell::from(adapter.name.as_str()).csv(), adapter.software);
         for row in &self.rows {
             out += &row.iter().map(Cell::csv).collect::<Vec<_>>().join(",");
+            out += &whose;
             out.push('\n');
         }
         out
     }
 }
+
+/// How the heads of every CSV end.
+pub(crate) const ADAPTER_HEADS: &str = ",adapter,software";
 
 /// A number for people: three digits that matter; `-` for what is none.
 pub fn number(x: f64) -> String {
@@ -151,14 +165,21 @@ pub(crate) fn escaped(text: &str) -> String {
 mod tests {
     use super::*;
 
+    fn adapter(name: &str, software: bool) -> AdapterDescription {
+        AdapterDescription { name: name.into(), backend: "Vulkan".into(), driver: String::new(), software }
+    }
+
     #[test]
     fn a_table_is_told_to_people_and_to_programs() {
         let mut table = Table::new("Times.", ["what", "ms", "fragments"]);
         table.row(["a|b, \"c\"".into(), 12.3456_f64.into(), 12_959_208_u64.into()]);
-        table.row(["lost".into(), f64::NAN.into(), 0_u32.into()]);
-        let want = "Times.\n\n| what | ms | fragments |\n|---|---|---|\n| a\\|b, \"c\" | 12.3 | 12,959,208 |\n| lost | - | 0 |\n";
+        table.row(["lost".into(), f64::NAN.into(), None::<u64>.into()]);
+        let want = "Times.\n\n| what | ms | fragments |\n|---|---|---|\n| a\\|b, \"c\" | 12.3 | 12,959,208 |\n| lost | - | - |\n";
         assert_eq!(table.markdown(), want);
-        assert_eq!(table.csv(), "what,ms,fragments\n\"a|b, \"\"c\"\"\",12.3456,12959208\nlost,,0\n");
+        let want = "what,ms,fragments,adapter,software\n\"a|b, \"\"c\"\"\",12.3456,12959208,\"soft, 256 bits\",true\n\
+                    lost,,,\"soft, 256 bits\",true\n";
+        assert_eq!(table.csv(&adapter("soft, 256 bits", true)), want);
+        assert!(table.csv(&adapter("card", false)).ends_with("lost,,,card,false\n"));
     }
 
     #[test]

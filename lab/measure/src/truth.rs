@@ -3,23 +3,28 @@
 //! There are two truths. *Direct*: light that scatters once, against drawing without light from other fibers. *Full*:
 //! all paths, against drawing with dual scattering. Each [`Combination`] of techniques is held against both.
 //!
-//! So that only the renderers differ, the path tracer gets the raster's pixel: a box as wide as a pixel, and no lens.
-//! A combination with another model than the look's is still held against the look: its error is that of the
-//! technique and of the other model together.
+//! So that only the renderers differ, the path tracer gets the raster's pixel, a box as wide as a pixel, no lens and
+//! no clamp; and the raster draws twice as large and averages, because meshes have hard edges otherwise. A combination
+//! with another model than the look's is still held against the look: its error is that of the technique and of the
+//! other model together.
+//!
+//! Mean radiance is that of *hair pixels*: hair alone, traced without meshes, covers more than half of them, and it is
+//! the first thing that a ray of the reference finds there at least once. So hair behind a head does not count, while
+//! a pixel in which a few hairs stand before a head does where the hair behind that head would cover it.
 
 use std::path::Path;
 use std::sync::Arc;
 
-use film::{Comparison, Film, Image, NO_STRAND, View, difference_image};
+use film::{Comparison, Film, Image, NO_STRAND, View, WriteError, difference_image};
 use job::Cancel;
 use raster::{
-    AdapterDescription, DepthShift, DualScattering, Gpu, KPlusForm, Kind, Renderer, Report, Settings, Shading, Shadow,
-    ShadowTechnique, Sort, Transparency,
+    AdapterDescription, DepthShift, DualScattering, Gpu, KPlusForm, Kind, RasterError, Report, Settings, Shading,
+    Shadow, ShadowTechnique, Sort, Transparency,
 };
-use scene::{Filter, Integrator, Scene};
+use scene::{Camera, Filter, Integrator, Light, Scene};
 
 use crate::page::SOFTWARE;
-use crate::session::{Progress, Remarks, fitting};
+use crate::session::{Bench, Progress, Remarks, compared, fitting};
 use crate::sheet::{developed_sheet, view_of};
 use crate::table::{escaped, number};
 use crate::transparency::K;
@@ -48,15 +53,23 @@ const SHADOWS: [ShadowTechnique; 5] = [
 ];
 
 /// Transparency.
-const TRANSPARENCY: [Transparency; 7] = [
-    Transparency::Opaque,
-    Transparency::Weighted,
-    Transparency::Blend { sort: Sort::Strands },
-    Transparency::RandomSubsets { k: K },
-    Transparency::KPlus { k: K, form: KPlusForm::LockFree },
-    Transparency::Dbk { shift: DepthShift::Automatic { opacity: 0.99 } },
-    Transparency::ABuffer { foremost: None },
-];
+fn transparency() -> [Transparency; 7] {
+    [
+        Transparency::Opaque,
+        Transparency::Weighted,
+        Transparency::Blend { sort: Sort::Strands },
+        Transparency::RandomSubsets { k: K },
+        Transparency::KPlus { k: K, form: KPlusForm::LockFree },
+        Transparency::Dbk { shift: DepthShift::default() },
+        Transparency::ABuffer { foremost: None },
+    ]
+}
+
+/// Samples a side of a pixel of drawn pictures: the hair's edges are smooth by themselves, those of meshes are not.
+const SUPERSAMPLE: u32 = 2;
+
+/// Samples a pixel of the trace that finds hair alone.
+const MASK_SAMPLES: u32 = 16;
 
 /// A model, a shadow, a transparency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,7 +100,7 @@ fn words(place: usize) -> String {
     let words: Vec<&str> = match place {
         0 => MODELS.iter().map(|(name, _)| *name).collect(),
         1 => SHADOWS.iter().map(ShadowTechnique::name).collect(),
-        _ => TRANSPARENCY.iter().map(Transparency::name).collect(),
+        _ => transparency().iter().map(Transparency::name).collect(),
     };
     words.join(", ")
 }
@@ -95,10 +108,10 @@ fn words(place: usize) -> String {
 impl Combination {
     /// Everything with everything.
     pub fn all() -> Vec<Self> {
-        let mut all = Vec::with_capacity(MODELS.len() * SHADOWS.len() * TRANSPARENCY.len());
+        let mut all = Vec::new();
         for (model, kind) in MODELS {
             for shadow in SHADOWS {
-                all.extend(TRANSPARENCY.map(|transparency| Self { model, kind, shadow, transparency }));
+                all.extend(transparency().map(|transparency| Self { model, kind, shadow, transparency }));
             }
         }
         all
@@ -164,6 +177,7 @@ impl Combination {
             shading: Shading { model: self.kind, multiple, ..default.shading },
             shadow: Shadow { technique: self.shadow, ..default.shadow },
             transparency: self.transparency,
+            supersample: SUPERSAMPLE,
             ..default
         }
     }
@@ -208,8 +222,38 @@ impl std::fmt::Debug for Context<'_> {
 
 impl Context<'_> {
     fn step(&self, step: &str, done: f64) -> Result<(), Error> {
+        self.tracing().step(step, done)
+    }
+
+    /// What the path tracer needs of it.
+    fn tracing(&self) -> Tracing<'_> {
+        Tracing { threads: self.threads, cancel: self.cancel, progress: self.progress }
+    }
+}
+
+/// How the path tracer runs.
+#[derive(Clone, Copy)]
+struct Tracing<'a> {
+    threads: usize,
+    cancel: &'a Cancel,
+    progress: &'a (dyn Fn(Progress<'_>) + Sync),
+}
+
+impl Tracing<'_> {
+    fn step(self, step: &str, done: f64) -> Result<(), Error> {
         (self.progress)(Progress { step, done: done.clamp(0.0, 1.0) });
         if self.cancel.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
+    }
+
+    /// A whole picture; `share` of the progress is its own.
+    fn picture(self, scene: Scene, step: &str, begin: f64, share: f64) -> Result<job::Outcome, Error> {
+        self.step(step, begin)?;
+        let options = job::Options { threads: self.threads, ..job::Options::default() };
+        let outcome = job::render(Arc::new(scene), &options, self.cancel, &mut |event| {
+            let done = event.done as f64 / event.total.max(1) as f64;
+            (self.progress)(Progress { step, done: begin + share * done });
+        })?;
+        if outcome.cancelled { Err(Error::Cancelled) } else { Ok(outcome) }
     }
 }
 
@@ -217,7 +261,7 @@ impl Context<'_> {
 #[derive(Clone, Debug)]
 struct Truth {
     image: Image,
-    /// Which pixels hair covers by more than half.
+    /// Which pixels are those of hair.
     hair: Vec<bool>,
     summary: TruthSummary,
 }
@@ -229,11 +273,16 @@ pub struct TruthSummary {
     pub transport: Transport,
     /// Samples per pixel.
     pub samples: u32,
+    /// Longest path, in scattering events.
+    pub max_depth: u32,
     /// Standard error of the luminance over the luminance, mean over covered pixels ([`Film::noise`]).
     pub noise: f64,
     /// What relMSE of luminance the reference's noise alone would show against a perfect picture.
     pub noise_relmse: f64,
-    /// Pixels that hair covers by more than half.
+    /// Standard error of the mean luminance of hair pixels over that mean; NaN without such pixels, or with a single
+    /// sample in each.
+    pub mean_error: f64,
+    /// Pixels that hair covers by more than half, and that it is the first thing in.
     pub hair_pixels: usize,
 }
 
@@ -246,8 +295,8 @@ pub struct Scores {
     pub relmse: f64,
     /// The same without the worst thousandth of the pixels.
     pub relmse_trimmed: f64,
-    /// `|mean(test) - mean(reference)| / mean(reference)` of the luminance over the pixels that hair covers; NaN
-    /// without any.
+    /// `|mean(test) - mean(reference)| / mean(reference)` of the luminance over hair pixels; NaN without
+    /// any.
     pub radiance_error: f64,
     /// `mean(test) / mean(reference)` there.
     pub radiance_ratio: f64,
@@ -280,7 +329,8 @@ pub struct Row {
     pub combination: Combination,
     /// How far.
     pub scores: Scores,
-    /// Time of a frame, ms: of the device, or of the wall where it has no timers.
+    /// Time of the frame that was compared, at two samples a side of a pixel, ms: of the device, or of the wall where
+    /// it has no timers.
     pub ms: f64,
     /// Its strip of pictures, a file name.
     pub strip: String,
@@ -289,6 +339,8 @@ pub struct Row {
 /// All rows and what they were held against.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
+    /// Samples a side of a pixel of drawn pictures.
+    pub supersample: u32,
     /// The references.
     pub truths: Vec<TruthSummary>,
     /// The rows, direct light first.
@@ -297,9 +349,35 @@ pub struct Outcome {
     pub remarks: Vec<String>,
 }
 
-/// Renders both truths, draws every combination, and writes a strip of pictures for each into `folder`, which must be
-/// there: the reference, the drawn picture, and the map of FLIP errors (or four times the difference, in a build
-/// without FLIP).
+/// Pictures of rows, until their page is written: a folder within the page's, which goes unless [`write()`] takes what
+/// is in it.
+#[derive(Debug)]
+pub struct Strips(tempfile::TempDir);
+
+impl Strips {
+    /// In `folder`, which must be there. It is found out here whether anything can be written into it, before hours are
+    /// spent.
+    ///
+    /// # Errors
+    /// When nothing can.
+    pub fn new(folder: &Path) -> Result<Self, WriteError> {
+        let made = tempfile::Builder::new().prefix(".cuticle-").suffix(".part").tempdir_in(folder);
+        made.map(Self).map_err(|cause| {
+            // The system's error names the temporary folder, which means nothing to anyone.
+            let cause = cause.raw_os_error().map_or_else(|| cause.kind().into(), std::io::Error::from_raw_os_error);
+            WriteError::Create { path: folder.to_owned(), cause }
+        })
+    }
+
+    /// Moves what a row shows to where its page looks for it.
+    fn publish(&self, strip: &str, folder: &Path) -> Result<(), WriteError> {
+        let path = folder.join(strip);
+        std::fs::rename(self.0.path().join(strip), &path).map_err(|cause| WriteError::Finish { path, cause })
+    }
+}
+
+/// Renders both truths, draws every combination, and makes a strip of pictures for each: the reference, the drawn
+/// picture, and the map of FLIP errors (or four times the difference, in a build without FLIP).
 ///
 /// # Errors
 /// When it was cancelled, a renderer fails, or a file cannot be written.
@@ -307,38 +385,36 @@ pub fn compare(
     context: &Context<'_>,
     scene: &Scene,
     combinations: &[Combination],
-    folder: &Path,
+    strips: &Strips,
 ) -> Result<Outcome, Error> {
     let mut outcome = Outcome::default();
     let mut remarks = Remarks::default();
     let matched = matched(scene, &mut remarks);
-    let drawn = Arc::new(matched.clone());
     let size = [scene.film.width, scene.film.height];
-    let mut renderer: Option<Renderer> = None;
+    let supersample = supersample(context.gpu, size, &mut remarks);
+    outcome.supersample = supersample;
+    let cover = hair_alone(context.tracing(), &matched)?;
+    let mut bench = Bench::new(context.gpu, &Arc::new(matched.clone()));
     for (place, transport) in [Transport::Direct, Transport::Full].into_iter().enumerate() {
         let begin = 0.5 * place as f64;
-        let truth = trace(context, &matched, transport, begin)?;
+        let truth = trace(context.tracing(), &matched, &cover, transport, begin)?;
         outcome.truths.push(truth.summary);
         for (i, combination) in combinations.iter().enumerate() {
             let name = combination.name();
             let what = format!("{}: {name}", transport.name());
             context.step(&what, begin + 0.4 + 0.1 * i as f64 / combinations.len() as f64)?;
-            let settings = combination.settings(transport);
-            let frame = draw(context.gpu, &mut renderer, &drawn, &settings, size);
+            let settings = Settings { supersample, ..combination.settings(transport) };
+            let frame = draw(&mut bench, &matched.camera, &settings, size);
             let Some((image, report)) = fitting(frame, &what, &mut remarks)? else { continue };
-            for note in &report.notes {
-                remarks.add(format!("The interactive renderer says: {note}."));
-            }
-            if report.fragments.dropped > 0 {
-                remarks.add(format!("{what}: {} fragments were lost.", report.fragments.dropped));
-            }
+            remarks.of_report(&what, &report);
             if report.total_ms().is_none() {
                 remarks.add("The adapter has no timers: times are those of the wall.");
             }
             let ev = scene.film.exposure_ev;
-            let comparison = Comparison::at_exposure(&image, &truth.image, ev)?;
+            let Some(comparison) = compared(&image, &truth.image, ev, &what, &mut remarks)? else { continue };
             let strip = format!("{}-{}.png", transport.name(), name.replace('+', "-"));
-            film::write_bytes(folder.join(&strip), &pictures(scene, &truth.image, &image, &comparison, &name)?)?;
+            let png = pictures(scene, &truth.image, &image, &comparison, &name)?;
+            film::write_bytes(strips.0.path().join(&strip), &png)?;
             outcome.rows.push(Row {
                 transport,
                 combination: *combination,
@@ -362,34 +438,75 @@ fn matched(scene: &Scene, remarks: &mut Remarks) -> Scene {
         scene.camera.aperture_radius = 0.0;
         remarks.add("The scene's lens was taken away: the interactive renderer has a pinhole.");
     }
+    if let Some(most) = scene.render.clamp.take() {
+        remarks.add(format!(
+            "The scene's clamp of paths to a radiance of {most} was taken away: it makes references too dark."
+        ));
+    }
     scene.film.filter = Filter::Box;
     scene.film.filter_width = 1.0;
     scene
 }
 
-fn trace(context: &Context<'_>, scene: &Scene, transport: Transport, begin: f64) -> Result<Truth, Error> {
+/// How many samples a side a pixel has in drawn pictures: fewer where the device has no texture for more.
+fn supersample(gpu: &Gpu, size: [u32; 2], remarks: &mut Remarks) -> u32 {
+    if size.iter().all(|side| side.saturating_mul(SUPERSAMPLE) <= gpu.largest_side()) {
+        return SUPERSAMPLE;
+    }
+    remarks.add(
+        "The device has no texture for a picture twice as large: pictures were drawn with one sample a pixel, in which \
+         the edges of meshes are hard.",
+    );
+    1
+}
+
+/// How much of each pixel hair would cover if there were nothing else.
+fn hair_alone(tracing: Tracing<'_>, scene: &Scene) -> Result<Vec<f32>, Error> {
+    let pixels = scene.film.width as usize * scene.film.height as usize;
+    if scene.grooms.iter().all(|groom| groom.groom.strand_count() == 0) {
+        return Ok(vec![0.0; pixels]);
+    }
+    let mut scene = scene.clone();
+    scene.meshes.clear();
+    for light in &mut scene.lights {
+        match light {
+            Light::Environment { visible, .. } | Light::Rectangle { visible, .. } | Light::Sphere { visible, .. } => {
+                *visible = false;
+            }
+            Light::Point { .. } | Light::Spot { .. } | Light::Distant { .. } => {}
+        }
+    }
+    scene.render.samples = MASK_SAMPLES;
+    scene.render.max_depth = 1;
+    scene.render.integrator = Integrator::Direct;
+    let film = tracing.picture(scene, "finding the hair", 0.0, 0.0)?.film;
+    Ok(film.pixels().iter().map(|pixel| pixel.alpha()).collect())
+}
+
+fn trace(tracing: Tracing<'_>, scene: &Scene, cover: &[f32], transport: Transport, begin: f64) -> Result<Truth, Error> {
     let mut scene = scene.clone();
     scene.render.integrator = match transport {
         Transport::Direct => Integrator::Direct,
         Transport::Full => Integrator::Path,
     };
-    let step = format!("path tracing, {}", transport.name());
-    context.step(&step, begin)?;
-    let options = job::Options { threads: context.threads, ..job::Options::default() };
-    let outcome = job::render(Arc::new(scene), &options, context.cancel, &mut |event| {
-        let done = event.done as f64 / event.total.max(1) as f64;
-        (context.progress)(Progress { step: &step, done: begin + 0.4 * done });
-    })?;
-    if outcome.cancelled {
-        return Err(Error::Cancelled);
-    }
-    Ok(Truth::of(&outcome.film, transport, outcome.samples))
+    let max_depth = match transport {
+        Transport::Direct => 1,
+        Transport::Full => scene.render.max_depth,
+    };
+    let outcome = tracing.picture(scene, &format!("path tracing, {}", transport.name()), begin, 0.4)?;
+    Ok(Truth::of(&outcome.film, cover, transport, [outcome.samples, max_depth]))
 }
 
 impl Truth {
-    fn of(film: &Film, transport: Transport, samples: u32) -> Self {
+    /// `cover` is how much hair alone covers of each pixel.
+    fn of(film: &Film, cover: &[f32], transport: Transport, [samples, max_depth]: [u32; 2]) -> Self {
         let pixels = film.pixels();
-        let hair: Vec<bool> = pixels.iter().map(|p| p.strand() != NO_STRAND && p.alpha() > 0.5).collect();
+        let hair: Vec<bool> =
+            pixels.iter().zip(cover).map(|(pixel, cover)| pixel.strand() != NO_STRAND && *cover > 0.5).collect();
+        let covered = || pixels.iter().zip(&hair).filter(|(_, hair)| **hair).map(|(pixel, _)| pixel);
+        let luminance: f64 = covered().map(|pixel| pixel.beauty().cast::<f64>().luminance()).sum();
+        // Pixels have a box filter and so no sample in common: variances add up.
+        let variance: Option<f64> = covered().map(|pixel| pixel.variance()).sum();
         let relative: Vec<f64> = pixels
             .iter()
             .filter_map(|pixel| {
@@ -401,33 +518,28 @@ impl Truth {
         let summary = TruthSummary {
             transport,
             samples,
+            max_depth,
             noise: film.noise(),
             noise_relmse: relative.iter().sum::<f64>() / relative.len() as f64,
+            mean_error: variance.map_or(f64::NAN, f64::sqrt) / luminance,
             hair_pixels: hair.iter().filter(|hair| **hair).count(),
         };
         Self { image: film.image(), hair, summary }
     }
 }
 
-/// One frame; the renderer is made for the first.
+/// One frame after one that does not count: the first makes buffers and pipelines.
 fn draw(
-    gpu: &Gpu,
-    renderer: &mut Option<Renderer>,
-    scene: &Arc<Scene>,
+    bench: &mut Bench,
+    camera: &Camera,
     settings: &Settings,
     size: [u32; 2],
-) -> Result<(Image, Report), raster::RasterError> {
-    let renderer = match renderer {
-        Some(renderer) => {
-            renderer.set(settings)?;
-            renderer
-        }
-        None => renderer.insert(Renderer::new(gpu, Arc::clone(scene), settings)?),
-    };
-    // The first frame makes buffers and pipelines; the second one is timed.
-    renderer.draw(&scene.camera, size)?;
-    let report = renderer.draw(&scene.camera, size)?;
-    Ok((renderer.image()?, report))
+) -> Result<(Image, Report), RasterError> {
+    bench.with(settings, |renderer| {
+        renderer.draw(camera, size)?;
+        let report = renderer.draw(camera, size)?;
+        Ok((renderer.image()?, report))
+    })
 }
 
 /// Reference, test, error.
@@ -498,24 +610,34 @@ pub fn table(outcome: &Outcome) -> Table {
     table
 }
 
-/// Writes `results.csv` and then `README.md` into `folder`.
+/// Writes a page into `folder`: the strips, then `results.csv`, and `README.md` last, so that it never points at what
+/// is missing.
 ///
 /// # Errors
 /// When a file cannot be written; each is complete or not there.
-pub fn write(folder: &Path, outcome: &Outcome, run: &Run) -> Result<(), film::WriteError> {
-    film::write_bytes(folder.join("results.csv"), table(outcome).csv().as_bytes())?;
+pub fn write(folder: &Path, strips: &Strips, outcome: &Outcome, run: &Run) -> Result<(), WriteError> {
+    for row in &outcome.rows {
+        strips.publish(&row.strip, folder)?;
+    }
+    film::write_bytes(folder.join("results.csv"), table(outcome).csv(&run.adapter).as_bytes())?;
     film::write_bytes(folder.join("README.md"), text(outcome, run).as_bytes())
 }
 
 /// The page itself.
 pub fn text(outcome: &Outcome, run: &Run) -> String {
     let [width, height] = run.size;
+    let n = outcome.supersample;
     let mut out = format!(
         "{PAGE_TITLE}\nThe interactive renderer against the path tracer: {}, {width} x {height} pixels, the same camera, \
-         exposure and look. Both have a box filter of one pixel and no lens. *Direct* is light that scattered once, \
-         against drawing without light from other fibers; *full* is all light, against drawing with dual scattering. \
-         Mean radiance is that of the luminance over the pixels that hair covers by more than half. A combination is a \
-         model, a shadow and a transparency; another model than the look's is held against the look all the same.\n\n\
+         exposure and look. Both have a box filter of one pixel, no lens and no clamp. *Direct* is light that scattered \
+         once, against drawing without light from other fibers; *full* is all light, against drawing with dual \
+         scattering. A combination is a model, a shadow and a transparency; another model than the look's is held \
+         against the look all the same.\n\n\
+         Mean radiance is that of the luminance over hair pixels: those of which hair alone, traced without meshes, \
+         covers more than half, and in which it is the first thing that some ray of the reference finds. Hair behind a \
+         head does not count, but a few hairs before a head do where hair behind it would cover the pixel.\n\n\
+         Pictures are drawn with {n} by {n} samples a pixel, because meshes have hard edges with one, and times are of \
+         these pictures: one frame after one that does not count.\n\n\
          Adapter: {}.",
         escaped(&run.scene),
         run.adapter
@@ -532,12 +654,16 @@ pub fn text(outcome: &Outcome, run: &Run) -> String {
         out +=
             &format!("## {}\n\n", if truth.transport == Transport::Direct { "Direct light" } else { "Full transport" });
         out += &format!(
-            "Reference: {} samples a pixel, noise {} (standard error over value, mean over covered pixels); the noise \
-             alone is a relMSE of {}. {} pixels of hair.\n\n",
+            "Reference: {} samples a pixel, paths of at most {} scattering event{}, noise {} (standard error over \
+             value, mean over covered pixels); the noise alone is a relMSE of {}. {} pixels of hair, whose mean radiance \
+             has a standard error of {}.\n\n",
             truth.samples,
+            truth.max_depth,
+            if truth.max_depth == 1 { "" } else { "s" },
             number(truth.noise),
             number(truth.noise_relmse),
-            truth.hair_pixels
+            truth.hair_pixels,
+            percent(truth.mean_error)
         );
         out += &best(&rows);
         out += "| combination | FLIP | relMSE | trimmed | mean radiance error | ratio | ms |\n|---|---|---|---|---|---|---|\n";
@@ -655,18 +781,68 @@ mod tests {
         let grey = |light, strand, alpha| Sample { beauty: Rgb::splat(light), alpha, strand, ..Sample::default() };
         for light in [1.0, 3.0] {
             film.pixels_mut()[0].add(&grey(light, 4, 1.0));
-            // A mesh, and hair that covers less than half.
+            // A mesh before hair, and hair that covers less than half of a pixel with a mesh behind.
             film.pixels_mut()[1].add(&grey(0.0, NO_STRAND, 1.0));
-            film.pixels_mut()[2].add(&grey(0.0, 4, if light > 2.0 { 0.8 } else { 0.0 }));
+            film.pixels_mut()[2].add(&grey(0.0, if light > 2.0 { 4 } else { NO_STRAND }, 1.0));
         }
-        let truth = Truth::of(&film, Transport::Full, 2);
+        let truth = Truth::of(&film, &[1.0, 1.0, 0.4], Transport::Full, [2, 9]);
         assert_eq!((truth.hair.as_slice(), truth.summary.hair_pixels), ([true, false, false].as_slice(), 1));
+        assert_eq!((truth.summary.samples, truth.summary.max_depth), (2, 9));
         // Mean 2, variance of the mean 1; the other two pixels have no noise.
         assert!((truth.summary.noise_relmse - 1.0 / (4.0 + 1e-4) / 3.0).abs() < 1e-9);
+        assert!((truth.summary.mean_error - 0.5).abs() < 1e-6, "{}", truth.summary.mean_error);
+        let bald = Truth::of(&film, &[0.0; 3], Transport::Full, [2, 9]);
+        assert!(bald.summary.hair_pixels == 0 && bald.summary.mean_error.is_nan());
     }
 
     #[test]
-    fn the_page_reports_direct_and_full_apart() {
+    fn neither_head_nor_sky_is_hair() {
+        let text = "[film]\nwidth = 24\nheight = 24\n[render]\nsamples = 1\n[[light]]\ntype = \"environment\"\n\
+                    [[mesh]]\nbuiltin = \"head\"\n\
+                    [[groom]]\nprocedural = { preset = \"short\", strands = 400 }\nwidth = { scale = 60.0 }\n";
+        let scene = Scene::load(text, &[], &scene::NoAssets).unwrap();
+        let cancel = Cancel::default();
+        let tracing = Tracing { threads: 1, cancel: &cancel, progress: &|_| {} };
+        let cover = hair_alone(tracing, &scene).unwrap();
+        assert_eq!(cover.len(), 24 * 24);
+        assert!(cover.iter().all(|share| (0.0..=1.0).contains(share)));
+        assert!(cover[0] == 0.0 && cover.iter().any(|share| *share > 0.5), "{cover:?}");
+        let mut whole = scene.clone();
+        whole.render.samples = MASK_SAMPLES;
+        let whole = tracing.picture(whole, "", 0.0, 0.0).unwrap().film;
+        let bare = whole.pixels().iter().zip(&cover).filter(|(pixel, hair)| pixel.alpha() > 0.9 && **hair < 0.1);
+        assert!(bare.count() > 0, "the head covers pixels that hair does not");
+    }
+
+    #[test]
+    fn strips_appear_with_their_page() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = || {
+            let entries = std::fs::read_dir(folder.path()).unwrap();
+            let mut names: Vec<String> =
+                entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+            names.sort();
+            names
+        };
+        let strips = Strips::new(folder.path()).unwrap();
+        std::fs::write(strips.0.path().join("strip.png"), b"png").unwrap();
+        assert!(names().iter().all(|name| name.starts_with(".cuticle-")), "{:?}", names());
+        let (outcome, run) = (outcome(), run());
+        let one = Outcome { rows: outcome.rows[..1].to_vec(), ..outcome };
+        write(folder.path(), &strips, &one, &run).unwrap();
+        drop(strips);
+        assert_eq!(names(), ["README.md", "results.csv", "strip.png"]);
+        let csv = std::fs::read(folder.path().join("results.csv")).unwrap();
+        assert!(crate::page::is_table(&csv));
+        // What is not finished leaves nothing, and a folder that is not there is named.
+        drop(Strips::new(folder.path()).unwrap());
+        assert_eq!(names().len(), 3);
+        let error = Strips::new(&folder.path().join("absent")).unwrap_err().to_string();
+        assert!(error.contains("absent"), "{error}");
+    }
+
+    /// Two rows of direct light and one of all.
+    fn outcome() -> Outcome {
         let scores = Scores {
             flip: Some(0.05),
             relmse: 0.1,
@@ -682,18 +858,29 @@ mod tests {
             strip: "strip.png".into(),
         };
         let [first, second] = [Combination::standard()[0], Combination::standard()[1]];
-        let truth =
-            |transport| TruthSummary { transport, samples: 64, noise: 0.02, noise_relmse: 0.001, hair_pixels: 99 };
-        let outcome = Outcome {
-            truths: vec![truth(Transport::Direct), truth(Transport::Full)],
+        let truth = |transport, max_depth| TruthSummary {
+            transport,
+            samples: 64,
+            max_depth,
+            noise: 0.02,
+            noise_relmse: 0.001,
+            mean_error: 0.0015,
+            hair_pixels: 99,
+        };
+        Outcome {
+            supersample: 2,
+            truths: vec![truth(Transport::Direct, 1), truth(Transport::Full, 64)],
             rows: vec![
                 row(Transport::Direct, first, 0.07),
                 row(Transport::Direct, second, 0.06),
                 row(Transport::Full, first, 0.3),
             ],
             remarks: vec!["odd".into()],
-        };
-        let run = Run {
+        }
+    }
+
+    fn run() -> Run {
+        Run {
             scene: "a | head".into(),
             size: [32, 48],
             adapter: AdapterDescription {
@@ -704,31 +891,49 @@ mod tests {
             },
             date: Some("2026-01-31".into()),
             command: "cuticle compare-renderers -o FOLDER".into(),
-        };
+        }
+    }
+
+    #[test]
+    fn the_page_reports_direct_and_full_apart() {
+        let (outcome, run) = (outcome(), run());
+        let second = outcome.rows[1].combination;
         let text = text(&outcome, &run);
         assert!(text.starts_with(PAGE_TITLE));
         let (direct, full) = text.split_once("## Full transport").unwrap();
         assert!(direct.contains(&format!("Least FLIP: {} (0.0600).", second.name())), "{direct}");
+        assert!(direct.contains("at most 1 scattering event,"), "{direct}");
+        assert!(full.contains("at most 64 scattering events,"), "{full}");
         assert!(full.contains("| look+dom+dbk | 0.300 | 0.100 | 0.0900 | 2.40 % | 1.02 | 12.0 |"), "{full}");
-        for part in
-            ["a \\| head", "32 x 48", "2026-01-31", "64 samples", SOFTWARE, "![look+dom+dbk](strip.png)", "- odd"]
-        {
+        for part in [
+            "a \\| head",
+            "32 x 48",
+            "2026-01-31",
+            "64 samples",
+            "standard error of 0.150 %",
+            "2 by 2 samples a pixel",
+            SOFTWARE,
+            "![look+dom+dbk](strip.png)",
+            "- odd",
+        ] {
             assert!(text.contains(part), "{part} is missing in\n{text}");
         }
-        let csv = table(&outcome).csv();
+        let csv = table(&outcome).csv(&run.adapter);
         assert_eq!(csv.lines().count(), 4);
-        assert!(csv.contains("direct,look,dom,dbk,0.07,0.1,0.09,0.024,1.024,12\n"), "{csv}");
+        assert!(csv.contains("direct,look,dom,dbk,0.07,0.1,0.09,0.024,1.024,12,llvm,true\n"), "{csv}");
     }
 
     #[test]
     fn what_one_renderer_lacks_is_taken_from_both() {
-        let text = "[camera]\naperture_radius = 0.5\n[[light]]\ntype = \"distant\"\n\
+        let text = "[camera]\naperture_radius = 0.5\n[render]\nclamp = 4.0\n[[light]]\ntype = \"distant\"\n\
                     [[groom]]\nprocedural = { preset = \"short\", strands = 20 }\n";
         let scene = Scene::load(text, &[], &scene::NoAssets).unwrap();
         let mut remarks = Remarks::default();
         let matched = matched(&scene, &mut remarks);
         assert_eq!((matched.camera.aperture_radius, matched.film.filter_width), (0.0, 1.0));
         assert_eq!(matched.film.filter, Filter::Box);
-        assert!(remarks.into_lines()[0].contains("lens"));
+        assert_eq!(matched.render.clamp, None);
+        let lines = remarks.into_lines();
+        assert!(lines[0].contains("lens") && lines[1].contains("clamp") && lines[1].contains('4'), "{lines:?}");
     }
 }

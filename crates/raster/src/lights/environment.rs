@@ -49,7 +49,6 @@ pub(crate) enum SkyLayer {
 
 impl Sky {
     /// Radiance from the unit direction `d`, W/(m² sr).
-    #[cfg_attr(not(test), expect(dead_code, reason = "what the shader is held against"))]
     pub(crate) fn radiance(&self, d: Vec3) -> Rgb {
         self.layers.iter().map(|layer| layer.radiance(d)).sum()
     }

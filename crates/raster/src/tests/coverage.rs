@@ -15,8 +15,8 @@ use crate::{Renderer, Settings, ShadowTechnique, Transparency};
 /// Pixels a side of all pictures.
 const SIDE: u32 = 128;
 
-/// A long lens: where the picture is 14 units high, a band that faces the eye looks as wide as one that faces the picture
-/// to 0.2 %.
+/// A long lens: at the edges of the picture a band that faces the eye looks as wide as one that faces the picture, to
+/// 0.2 %.
 const DISTANCE: f32 = 160.0;
 const FOV_DEG: f32 = 5.0;
 
@@ -336,7 +336,7 @@ fn a_bent_strand_covers_no_pixel_twice_and_has_no_gaps() {
     const POINTS: u32 = 9;
     let gpu = gpu();
     let (mut all, mut radii) = (Vec::new(), Vec::new());
-    let half_width = |strand: u32| if strand % 2 == 0 { 0.05 } else { 2.0 };
+    let half_width = |strand: u32| if strand % 2 == 0 { 0.05_f32 } else { 2.0 };
     for strand in 0..STRANDS {
         for i in 0..POINTS {
             let (x, y) = (10.0 * (i as f32 - 4.0), 13.0 * (strand as f32 - 2.5));

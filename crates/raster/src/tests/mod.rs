@@ -1,8 +1,11 @@
 //! What needs a device. Without an adapter these tests fail, with the remedy in the message: a software one will do.
 
+mod coverage;
+mod lamps;
 mod limits;
 mod lists;
 mod shadows;
+mod tables;
 mod truth;
 mod twins;
 
