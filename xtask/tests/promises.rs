@@ -138,10 +138,16 @@ fn links_between_documents_lead_somewhere() {
     let root = xtask::root();
     let mut documents: Vec<_> =
         ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(|d| root.join(d)).into();
-    for folder in ["docs", "docs/models", "docs/reproductions", "docs/techniques", "docs/measurements", "docs/truth"] {
-        let entries = std::fs::read_dir(root.join(folder)).expect("the folder is there");
-        documents
-            .extend(entries.map(|e| e.expect("an entry").path()).filter(|p| p.extension().is_some_and(|e| e == "md")));
+    let mut folders = vec![root.join("docs")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("the folder is there") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "md") {
+                documents.push(path);
+            }
+        }
     }
     let mut links = 0;
     for document in documents {

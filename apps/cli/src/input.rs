@@ -42,6 +42,18 @@ pub(crate) struct Input {
 impl Input {
     /// Refuses angles and units that cannot be ones, before any file is read.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
+        // The parser does not ask for --groom beside a scene file, with which it could not stand.
+        let of_grooms = [
+            ("--up", self.up.is_some()),
+            ("--azimuth", self.azimuth.is_some()),
+            ("--elevation", self.elevation.is_some()),
+            ("--unit-m", self.unit_m.is_some()),
+            ("--head", self.head.is_some()),
+            ("--env", self.env.is_some()),
+        ];
+        if let (None, Some((flag, _))) = (&self.groom, of_grooms.iter().find(|(_, given)| *given)) {
+            bail!("{flag} goes with --groom, not with a scene file");
+        }
         for (flag, angle, most) in [("--azimuth", self.azimuth, 1e6), ("--elevation", self.elevation, 89.0)] {
             if let Some(angle) = angle.filter(|a| !(a.abs() <= most)) {
                 bail!("{flag} is {angle}; it must be a number of degrees between -{most} and {most}");

@@ -9,7 +9,6 @@ mod desk;
 use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::fs;
-use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -41,8 +40,6 @@ look = "main"
 model = "lambertian"
 albedo = 0.8
 "#;
-
-/// Commands and what they must say, split at blanks; `render` writes to `o.exr` unless told otherwise.
 
 /// What stands in `o.exr` and `o.png` before a command that must not touch them.
 const OLD: &[u8] = b"an older picture";

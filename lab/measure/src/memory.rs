@@ -81,7 +81,7 @@ pub(crate) fn run(session: &Session<'_>) -> Result<Page, Error> {
         };
         let technique = transparency.name();
         let sample = Sample {
-            technique: *name,
+            technique: name,
             bytes: own(&report, technique, |_| true),
             lists: if has_lists(technique) { own(&report, technique, is_list) } else { f64::NAN },
             stored: report.fragments.stored as f64,

@@ -136,7 +136,7 @@ pub(crate) fn run(session: &Session<'_>) -> Result<Page, Error> {
         }
         if !images.is_empty() {
             let png = sheet(&images, *columns, ev, View::Srgb)?;
-            pictures.push(Picture { stem: *stem, caption: (*caption).to_owned(), png });
+            pictures.push(Picture { stem, caption: (*caption).to_owned(), png });
         }
         drawn.push(images);
     }

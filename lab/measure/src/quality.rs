@@ -104,7 +104,7 @@ pub(crate) fn run(session: &Session<'_>) -> Result<Page, Error> {
             ]);
             let [stored, whole] = [&report, &kept].map(|report| report.fragments.stored as f64);
             let stored = if stored > 0.0 && whole > 0.0 { stored / whole } else { f64::NAN };
-            samples.push(Sample { subject: name.clone(), technique: *technique, flip, stored });
+            samples.push(Sample { subject: name.clone(), technique, flip, stored });
             shots.push(((*technique).to_owned(), image));
         }
         if let Some(stem) = ["first", "second", "third", "fourth"].get(place).copied() {

@@ -119,7 +119,7 @@ pub(crate) fn run(session: &Session<'_>) -> Result<Page, Error> {
                 fragments.map(|fragments| fragments.stored).into(),
                 fragments.map(|fragments| fragments.dropped).into(),
             ]);
-            samples.push(Sample { technique: *name, shadow: shadow.name(), time: judged(cost.as_ref()) });
+            samples.push(Sample { technique: name, shadow: shadow.name(), time: judged(cost.as_ref()) });
         }
     }
     drop(bench);

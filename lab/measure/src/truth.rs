@@ -926,7 +926,7 @@ mod tests {
     #[test]
     fn what_one_renderer_lacks_is_taken_from_both() {
         let text = "[camera]\naperture_radius = 0.5\n[render]\nclamp = 4.0\n[[light]]\ntype = \"distant\"\n\
-                    [[groom]]\nprocedural = { preset = \"short\", strands = 20 }\n";
+                    direction = [0.0, -1.0, 0.0]\n[[groom]]\nprocedural = { preset = \"short\", strands = 20 }\n";
         let scene = Scene::load(text, &[], &scene::NoAssets).unwrap();
         let mut remarks = Remarks::default();
         let matched = matched(&scene, &mut remarks);

@@ -17,9 +17,6 @@
 //! *Rejected:* shading subsets to colours and blending these by the hardware from back to front. The order of subsets
 //! differs from pixel to pixel. Also: as many texture bindings as subsets; a layered texture is one.
 
-use std::fmt::Write as _;
-use std::ops::Range;
-
 use crate::frame::{Frame, cleared};
 use crate::gpu::{Gpu, GpuError};
 use crate::meter::{Allocation, Fragments};
@@ -29,6 +26,7 @@ use crate::transparency::Technique;
 use crate::transparency::chain::by_count;
 use crate::transparency::opaque::{Layer, Nearest, PLAIN, draw_screen, loaded};
 use crate::transparency::weighted::{ADD, sum_format};
+use std::fmt::Write as _;
 
 const OWNER: &str = "subsets";
 const HAIR: &str = include_str!("../../shaders/transparency/subsets.wgsl");
@@ -110,8 +108,6 @@ struct Room {
 pub(crate) struct Subsets {
     /// How many the strands are divided into.
     of: u32,
-    /// Those that are drawn.
-    drawn: Range<u32>,
     layout: wgpu::BindGroupLayout,
     text: String,
     room: Option<Room>,
@@ -121,17 +117,6 @@ impl Subsets {
     /// All of `k` subsets, `1..=16`.
     pub(crate) fn new(gpu: &Gpu, k: u32) -> Self {
         let of = k.clamp(1, MOST);
-        Self::of(gpu, of, 0..of)
-    }
-
-    /// Only subset `index` of `k`, for pictures of what the technique is made of.
-    pub(crate) fn single(gpu: &Gpu, k: u32, index: u32) -> Self {
-        let of = k.clamp(1, MOST);
-        let index = index.min(of - 1);
-        Self::of(gpu, of, index..index + 1)
-    }
-
-    fn of(gpu: &Gpu, of: u32, drawn: Range<u32>) -> Self {
         let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("subsets"),
             entries: &[
@@ -140,8 +125,8 @@ impl Subsets {
                 loaded(2, PLAIN, wgpu::TextureViewDimension::D2),
             ],
         });
-        let text = resolve_text(drawn.len());
-        Self { of, drawn, layout, text, room: None }
+        let text = resolve_text(of as usize);
+        Self { of, layout, text, room: None }
     }
 
     /// The optical depth of the subsets that are drawn.
@@ -163,13 +148,7 @@ impl Subsets {
         let mut pass = frame.render(OWNER, "opacity", &colors, None);
         pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, context.view_group, &[]);
-        if self.drawn.len() == self.of as usize {
-            context.hair.draw(&mut pass, Part::All);
-        } else {
-            for index in self.drawn.clone() {
-                context.hair.draw(&mut pass, Part::Subset { index, of: self.of });
-            }
-        }
+        context.hair.draw(&mut pass, Part::All);
     }
 }
 
@@ -178,7 +157,7 @@ impl Technique for Subsets {
         if self.room.as_ref().is_some_and(|room| room.size == size) {
             return;
         }
-        let nearest = Nearest::new(gpu, size, self.drawn.len() as u32);
+        let nearest = Nearest::new(gpu, size, self.of);
         let opacity = Layer::new(gpu, "subsets opacity", size, sum_format(gpu));
         // Said here, since one layer alone is no array by default.
         let [payloads, depths] = [&nearest.payloads, &nearest.depths].map(|all| {
@@ -201,15 +180,15 @@ impl Technique for Subsets {
 
     fn record(&mut self, context: &Context<'_>, frame: &mut Frame) {
         let Some(room) = &self.room else { return };
-        for (layer, index) in self.drawn.clone().enumerate() {
+        for index in 0..self.of {
             let part = Part::Subset { index, of: self.of };
-            room.nearest.gather(context, frame, OWNER, format!("subset {}", index + 1), layer, part);
+            room.nearest.gather(context, frame, OWNER, format!("subset {}", index + 1), index as usize, part);
         }
         self.opacity(context, frame, room);
         let pipeline = context.stage.screen(
             context.gpu,
             &ScreenPass {
-                label: LABELS[self.drawn.len()],
+                label: LABELS[self.of as usize],
                 part: &self.text,
                 fragment: "subsets_resolve",
                 shades: true,
