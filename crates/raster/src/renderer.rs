@@ -400,11 +400,6 @@ fn shadows(gpu: &Gpu, scene: &Scene, settings: &Settings, lamps: &Lamps, strands
 
 #[cfg(test)]
 impl Renderer {
-    /// The hair on the device.
-    pub(crate) fn strands(&self) -> &Strands {
-        &self.strands
-    }
-
     /// Draws what is solid, and then whatever a test wants.
     pub(crate) fn compose(
         &mut self,

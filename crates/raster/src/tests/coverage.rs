@@ -336,7 +336,7 @@ fn a_bent_strand_covers_no_pixel_twice_and_has_no_gaps() {
     const POINTS: u32 = 9;
     let gpu = gpu();
     let (mut all, mut radii) = (Vec::new(), Vec::new());
-    let half_width = |strand: u32| if strand % 2 == 0 { 0.05_f32 } else { 2.0 };
+    let half_width = |strand: u32| if strand.is_multiple_of(2) { 0.05_f32 } else { 2.0 };
     for strand in 0..STRANDS {
         for i in 0..POINTS {
             let (x, y) = (10.0 * (i as f32 - 4.0), 13.0 * (strand as f32 - 2.5));
