@@ -2,8 +2,11 @@
 
 use std::sync::Arc;
 
+#[cfg(feature = "flip")]
 use film::Comparison;
-use scene::{NoAssets, Scene};
+#[cfg(feature = "flip")]
+use scene::NoAssets;
+use scene::Scene;
 
 use super::{curtain, gpu, scene};
 use crate::frame::cleared;
@@ -13,7 +16,9 @@ use crate::stage::{Context, HairPass, target, texture_2d};
 use crate::transparency::Technique;
 use crate::transparency::a_buffer::ABuffer;
 use crate::transparency::k_plus::KPlus;
-use crate::{DepthShift, KPlusForm, Renderer, Settings, ShadingTime, ShadowTechnique, Sort, Transparency};
+#[cfg(feature = "flip")]
+use crate::{DepthShift, Sort, Transparency};
+use crate::{KPlusForm, Renderer, Settings, ShadingTime, ShadowTechnique};
 
 const SIZE: [u32; 2] = [96, 80];
 
@@ -174,6 +179,7 @@ fn k_plus_keeps_the_nearest() {
 }
 
 /// Hair of a real head, 50,000 strands, under one light.
+#[cfg(feature = "flip")]
 fn head(preset: &str) -> Arc<Scene> {
     let text = format!(
         r#"
@@ -206,6 +212,7 @@ eumelanin = 0.5
 }
 
 /// Bytes of what a technique keeps per fragment, and of where its lists begin.
+#[cfg(feature = "flip")]
 fn node_bytes(report: &crate::Report) -> u64 {
     let nodes = report.memory.iter().filter(|one| ["heads", "links", "payloads"].contains(&one.name.as_str()));
     nodes.map(|one| one.bytes).sum()
@@ -213,6 +220,7 @@ fn node_bytes(report: &crate::Report) -> u64 {
 
 /// The claim of the DBK-buffer, with the shift found automatically: nearly the picture of the full A-buffer, from less
 /// than half the memory. And how far the other techniques are, on one of the grooms.
+#[cfg(feature = "flip")]
 #[test]
 fn techniques_come_as_near_to_the_full_sort_as_is_said() {
     let gpu = gpu();
