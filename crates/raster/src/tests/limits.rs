@@ -98,7 +98,7 @@ fn difference(a: &Image, b: &Image) -> f32 {
 }
 
 #[test]
-fn every_combination_draws_on_the_limits_of_the_web() {
+fn every_technique_draws_on_the_limits_of_the_web() {
     let gpu = gpu_of(Tier::Bare);
     let scene = scene(curtain(400, 5, 6.0, 10.0, 0.05), SCENE);
     let mut renderer = Renderer::new(&gpu, scene.clone(), &Settings::default()).expect("a small scene");
